@@ -3,14 +3,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <morphbus/resend_t.hpp>
 #include <utility>
 
 #include "bridge/wire/arithmetic_hash.h"
 #include "bridge/wire/health.h"
 
 namespace morphbus::bridge {
-
-using morphbus::ask_t;
 
 ParticipantBase::ParticipantBase(Bus* bus, const TimeSource* time, Sender sender)
     : bus_(bus), outbox_(bus, std::move(sender), &ledger_), time_(time) {}
@@ -92,38 +91,23 @@ void ParticipantBase::PublishHealth() {
     // The logger finds out by these, while the run goes on, whether it was told something else.
     if (told == health.lateness.size()) AddTotals(outbox_, &health);
     // HEALTH is not in the run's hash: wall time and luck may show in it.
-    const Moment now = CurrentMoment();
-    outbox_.Send(ChannelOf(process, Topic::kHealth), now.tick, now.sim_time_us, &health);
+    Say(process, Topic::kHealth, std::move(health));
   } while (told < lateness.size());
-}
-
-ask_t ParticipantBase::MakeAsk(int8_t kind) {
-  ask_t ask;
-  ask.kind = kind;
-  // LCM's structs leave their numbers unset, and uninitialized bytes must not travel.
-  ask.first_sequence = ask.last_sequence = 0;
-  ask.acknowledged_tick = -1;
-  ask.claim = 0;
-  ask.part = ask.num_parts = 0;
-  ask.num_totals = 0;
-  return ask;
-}
-
-void ParticipantBase::Ask(std::string_view to, ask_t ask) {
-  // ASK has many publishers, so the message itself says who speaks.
-  ask.sender = outbox_.sender().process;
-  const Moment now = CurrentMoment();
-  outbox_.Send(ChannelOf(to, Topic::kAsk), now.tick, now.sim_time_us, &ask);
 }
 
 void ParticipantBase::AskForResend(std::string_view to, Topic topic, int64_t first, int64_t last) {
   // The addressee gets the full name of its own channel back, and need not know our topics.
-  ask_t ask = MakeAsk(ask_t::KIND_RESEND);
-  ask.channel = ChannelOf(to, topic);
-  ask.first_sequence = first;
-  ask.last_sequence = last;
   ++ledger_.asked;
-  Ask(to, std::move(ask));
+  Say(to, Topic::kResend,
+      morphbus::resend_t{{}, outbox_.sender().process, ChannelOf(to, topic), first, last});
+}
+
+void ParticipantBase::SayTotals(int64_t last_tick, const std::vector<ChannelTotal>& totals) {
+  if (now_us() < end_acked_until_us_) return;
+  std::vector<morphbus::totals_t> parts = SplitTotals(outbox_.sender().process, last_tick, totals);
+  // A log of many channels takes many messages.
+  end_acked_until_us_ = now_us() + kResendPauseUs * static_cast<int64_t>(parts.size());
+  for (morphbus::totals_t& part : parts) Say("", Topic::kTotals, std::move(part));
 }
 
 void ParticipantBase::SayHello(int64_t claim, const std::string& build, uint32_t incarnation,

@@ -1,12 +1,11 @@
 #pragma once
 // What the simulator's, a module's and the logger's side of the lockstep have in common: a bus, an
-// outbox, a ledger that travels in HEALTH, requests on ASK, and a pure state machine whose actions
-// the participant carries out. The machine decides and knows no bytes; the participant knows the
-// bytes and decides nothing about the order of the run. Whatever comes from outside is decoded and
-// checked here before the machine hears of it.
+// outbox, a ledger that travels in HEALTH, requests for messages, and a pure state machine whose
+// actions the participant carries out. The machine decides and knows no bytes; the participant
+// knows the bytes and decides nothing about the order of the run. Whatever comes from outside is
+// decoded and checked here before the machine hears of it.
 
 #include <cstdint>
-#include <morphbus/ask_t.hpp>
 #include <morphbus/hello_t.hpp>
 #include <morphbus/lateness_t.hpp>
 #include <string>
@@ -84,14 +83,19 @@ class ParticipantBase : public Participant {
   bool Track(SequenceTracker* tracker, std::string_view channel, int64_t sequence, uint64_t digest,
              SequenceTracker::Kind* kind = nullptr);
 
-  /// Sends `ask` to a process. The sender and the header are filled in here.
-  /// @param to  name of the addressee, which is also part of the channel.
-  void Ask(std::string_view to, morphbus::ask_t ask);
-  /// Asks a process to send messages first..last of its channel `topic` again (KIND_RESEND), and
-  /// counts that in the ledger.
+  /// Sends a message that is of no tick, on the channel of a process (ChannelOf). The header is
+  /// filled in here.
+  template <class M>
+  void Say(std::string_view process, Topic topic, M message) {
+    const Moment now = CurrentMoment();
+    outbox_.Send(ChannelOf(process, topic), now.tick, now.sim_time_us, &message);
+  }
+  /// Asks a process to send messages first..last of its channel `topic` again, and counts that in
+  /// the ledger.
   void AskForResend(std::string_view to, Topic topic, int64_t first, int64_t last);
-  /// A request of this kind with all that only other kinds use left empty.
-  [[nodiscard]] static morphbus::ask_t MakeAsk(int8_t kind);
+  /// Acknowledges END: says on TOTALS what the process has published or recorded, unless that was
+  /// done a moment ago. `last_tick` is as in totals_t.
+  void SayTotals(int64_t last_tick, const std::vector<ChannelTotal>& totals);
   /// Publishes HELLO, by which the sim decides whether the process fits the run: what every process
   /// says of itself, its claim and build, and of a module its cold starts, type and kinematics.
   void SayHello(int64_t claim, const std::string& build, uint32_t incarnation,
@@ -106,6 +110,8 @@ class ParticipantBase : public Participant {
  private:
   /// The clock of now_us(); not owned.
   const TimeSource* time_;
+  /// Wall time before which END is not acknowledged again, however often it is repeated.
+  int64_t end_acked_until_us_ = 0;
 };
 
 /// A participant around a `Machine` of its own: SimLockstep, ModuleLockstep or LogLockstep. A

@@ -25,13 +25,13 @@ struct LogAction {
   enum class Kind : uint8_t {
     /// Publish HELLO: a logger takes part.
     kHello,
-    /// Tell the sim that everything up to and with `tick` is there (ASK, KIND_ACK).
+    /// Tell the sim that everything up to and with `tick` is there.
     kAck,
     /// Ask for messages first..last of `topic`, which are missing.
     kAskGap,
-    /// Acknowledge END; `tick` is the last one of which nothing is missing (KIND_END_ACK).
+    /// Acknowledge END; `tick` is the last one of which nothing is missing.
     kEndAck,
-    /// Confirm that the logger has heard how the run ended (KIND_VERDICT_ACK).
+    /// Confirm that the logger has heard how the run ended.
     kVerdictAck,
     /// The run is over.
     kFinish,

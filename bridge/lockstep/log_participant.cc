@@ -2,14 +2,20 @@
 
 #include <algorithm>
 #include <morphbus/actuator_t.hpp>
+#include <morphbus/admit_t.hpp>
 #include <morphbus/control_t.hpp>
 #include <morphbus/health_t.hpp>
 #include <morphbus/hello_t.hpp>
 #include <morphbus/info_part_t.hpp>
+#include <morphbus/leave_t.hpp>
+#include <morphbus/progress_t.hpp>
+#include <morphbus/resend_t.hpp>
 #include <morphbus/sensors_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <morphbus/status_t.hpp>
+#include <morphbus/totals_t.hpp>
 #include <morphbus/transform_t.hpp>
+#include <morphbus/verdict_t.hpp>
 #include <morphbus/world_t.hpp>
 #include <utility>
 
@@ -20,7 +26,6 @@ namespace morphbus::bridge {
 namespace {
 
 using Taken = LogLockstep::Taken;
-using morphbus::ask_t;
 
 /// The description is published at requests at most once in this time, microseconds.
 constexpr int64_t kInfoPauseUs = 100'000;
@@ -34,8 +39,18 @@ Result<void> CheckOther(Topic topic, const uint8_t* data, size_t size) {
   switch (topic) {
     case Topic::kHealth:
       return Check<morphbus::health_t>(data, size, {});
-    case Topic::kAsk:
-      return Check<morphbus::ask_t>(data, size, {});
+    case Topic::kResend:
+      return Check<morphbus::resend_t>(data, size, {});
+    case Topic::kAdmit:
+      return Check<morphbus::admit_t>(data, size, {});
+    case Topic::kLeave:
+      return Check<morphbus::leave_t>(data, size, {});
+    case Topic::kVerdict:
+      return Check<morphbus::verdict_t>(data, size, {});
+    case Topic::kProgress:
+      return Check<morphbus::progress_t>(data, size, {});
+    case Topic::kTotals:
+      return Check<morphbus::totals_t>(data, size, {});
     case Topic::kHello:
       return Check<morphbus::hello_t>(data, size, {});
     case Topic::kControl:
@@ -143,8 +158,12 @@ void LogParticipant::TakeOther(const ChannelName& name, LoggedMessage* message) 
   if (message->bad) return;
   if (name.topic == Topic::kHealth) {
     CompareTotals(name, message->data, message->size);
-  } else if (name.topic == Topic::kAsk && name.process == kLogProcess) {
-    TakeAsk(message->data, message->size);
+  } else if (name.topic == Topic::kResend && name.process == kLogProcess) {
+    TakeResend(message->data, message->size);
+  } else if (name.topic == Topic::kVerdict) {
+    TakeVerdict(message->data, message->size);
+  } else if (name.topic == Topic::kLeave) {
+    TakeLeave(message->data, message->size);
   }
 }
 
@@ -227,23 +246,29 @@ LogParticipant::MaybeTaken LogParticipant::TakeModule(const ChannelName& name,
                            &actions_);
 }
 
-void LogParticipant::TakeAsk(const uint8_t* data, size_t size) {
-  ask_t ask;
-  if (!Decode(data, size, {options_.model_hash, 0}, &ask)) return;
-  if (ask.kind == ask_t::KIND_INFO) {
+void LogParticipant::TakeResend(const uint8_t* data, size_t size) {
+  morphbus::resend_t ask;
+  if (!Decode(data, size, {}, &ask)) return;
+  const std::optional<ChannelName> wanted = ParseChannel(ask.channel);
+  if (wanted && wanted->topic == Topic::kInfo) {
     info_wanted_ = true;
-    return AnswerInfo();
-  }
-  // After the end nothing that is said matters any more.
-  if (machine_.done()) return;
-  if (ask.kind == ask_t::KIND_POLL) {
+    AnswerInfo();
+  } else if (wanted && wanted->topic == Topic::kProgress) {
     machine_.OnPoll(ask.header.tick, now_us(), &actions_);
-  } else if (ask.kind == ask_t::KIND_VERDICT) {
-    machine_.OnVerdict(now_us(), &actions_);
-    if (machine_.verdict_heard()) error_ = ask.verdict;
-  } else if (ask.kind == ask_t::KIND_BYE) {
-    machine_.OnBye(&actions_);
   }
+}
+
+void LogParticipant::TakeVerdict(const uint8_t* data, size_t size) {
+  morphbus::verdict_t verdict;
+  if (!Decode(data, size, {options_.model_hash, 0}, &verdict)) return;
+  machine_.OnVerdict(now_us(), &actions_);
+  if (machine_.verdict_heard()) error_ = verdict.error;
+}
+
+void LogParticipant::TakeLeave(const uint8_t* data, size_t size) {
+  morphbus::leave_t leave;
+  const bool sound = Decode(data, size, {options_.model_hash, 0}, &leave).has_value();
+  if (sound && leave.process.empty()) machine_.OnBye(&actions_);
 }
 
 void LogParticipant::AnswerInfo() {
@@ -253,18 +278,9 @@ void LogParticipant::AnswerInfo() {
   publish_info_();
 }
 
-void LogParticipant::AcknowledgeEnd(int64_t tick) {
-  if (now_us() < end_acked_until_us_) return;
-  WireTotals recorded;
-  for (const ChannelTotal& total : totals()) recorded.push_back(ToWire(total));
-  ask_t pattern = MakeAsk(ask_t::KIND_END_ACK);
-  pattern.sender = kLogProcess;
-  pattern.acknowledged_tick = tick;
-  pattern.run_hash = run_hash();
-  std::vector<ask_t> parts = SplitTotals(pattern, recorded);
-  // A log of many channels takes many messages.
-  end_acked_until_us_ = now_us() + kResendPauseUs * static_cast<int64_t>(parts.size());
-  for (ask_t& part : parts) Ask(kSimProcess, std::move(part));
+void LogParticipant::SayProgress() {
+  Say(kLogProcess, Topic::kProgress,
+      morphbus::progress_t{{}, machine_.complete_tick(), machine_.verdict_heard()});
 }
 
 void LogParticipant::CarryOut(const LogAction& action) {
@@ -274,14 +290,11 @@ void LogParticipant::CarryOut(const LogAction& action) {
     case LogAction::Kind::kHello:
       return SayHello(options_.claim, options_.build, 1, "", 0);
     // The sim may go on to 16 ticks beyond this one.
-    case LogAction::Kind::kAck: {
-      ask_t ack = MakeAsk(ask_t::KIND_ACK);
-      ack.acknowledged_tick = action.tick;
-      return Ask(kSimProcess, std::move(ack));
-    }
+    case LogAction::Kind::kAck:
+      return SayProgress();
     // With END goes what was recorded, for the sim to compare with what was published.
     case LogAction::Kind::kEndAck:
-      return AcknowledgeEnd(action.tick);
+      return SayTotals(action.tick, totals());
     // The machine calls modules by number; the channel is named after the module, or after the sim.
     case LogAction::Kind::kAskGap: {
       const std::string from =
@@ -290,7 +303,7 @@ void LogParticipant::CarryOut(const LogAction& action) {
     }
     // Only now may the sim let everybody go.
     case LogAction::Kind::kVerdictAck:
-      return Ask(kSimProcess, MakeAsk(ask_t::KIND_VERDICT_ACK));
+      return SayProgress();
     // A run that ended well has told us so; anything else has a reason, which error() gives.
     case LogAction::Kind::kFinish:
       if (!error_.empty()) return;

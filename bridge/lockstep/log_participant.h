@@ -6,7 +6,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <morphbus/ask_t.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -83,8 +82,8 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   LogParticipant(Bus* bus, const TimeSource* time, LogParticipantOptions options, Recorder record);
   ~LogParticipant() override;
 
-  /// Answers requests for the run's description (KIND_INFO): `publish_info` is called whenever
-  /// someone asks on RUN/LOG/ASK.
+  /// Answers requests for the run's description (INFO): `publish_info` is called whenever someone
+  /// asks on RUN/LOG/RESEND.
   void OnInfoRequest(std::function<void()> publish_info) {
     publish_info_ = std::move(publish_info);
   }
@@ -153,10 +152,12 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   /// Compares what a process says it has published with what was recorded. If they differ the
   /// run is over.
   void CompareTotals(const ChannelName& name, const uint8_t* data, size_t size);
-  /// Does what somebody asks of the logger; a bad message changes nothing.
-  void TakeAsk(const uint8_t* data, size_t size);
-  /// Tells the sim all that was recorded, unless that was done a moment ago.
-  void AcknowledgeEnd(int64_t tick);
+  // Requests, the verdict, and that the run is over; a bad message changes nothing.
+  void TakeResend(const uint8_t* data, size_t size);
+  void TakeVerdict(const uint8_t* data, size_t size);
+  void TakeLeave(const uint8_t* data, size_t size);
+  /// Tells the sim how far the logger is.
+  void SayProgress();
   /// Publishes the description if somebody wants it, but only now and then.
   void AnswerInfo();
 
@@ -169,8 +170,6 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   // Somebody wants the description, and the wall time before which it is not published again.
   bool info_wanted_ = false;
   int64_t info_due_us_ = 0;
-  /// Wall time before which END is not acknowledged again, however often it is repeated.
-  int64_t end_acked_until_us_ = 0;
   /// Messages of processes that SENSORS had not named yet.
   int64_t early_ = 0;
   // See error() and end_reason().

@@ -185,8 +185,8 @@ void ModuleLockstep::OnBye(Actions* out) {
 
 void ModuleLockstep::OnTime(int64_t now_us, Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
-  // After END, or once we have left, a short silence means that KIND_BYE was lost; before, a long
-  // one that the sim is gone.
+  // After END, or once we have left, a short silence means that LEAVE was lost; before, a long one
+  // that the sim is gone.
   const int64_t silence = silence_.Poll(now_us);
   if ((end_tick_ >= 0 || phase_ == Phase::kLeft) && silence >= config_.timing.linger_us) {
     phase_ = Phase::kDone;

@@ -21,7 +21,7 @@ struct ModuleAction {
     kCompute,
     /// Ask module `mate` for its TRANSFORM of `tick`, which is missing.
     kAskMate,
-    /// Acknowledge END (ASK, KIND_END_ACK).
+    /// Acknowledge END.
     kEndAck,
     /// The run is over.
     kFinish,

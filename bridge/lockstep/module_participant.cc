@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstring>
 #include <morphbus/actuator_t.hpp>
-#include <morphbus/ask_t.hpp>
 #include <morphbus/hello_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <utility>
@@ -16,8 +15,6 @@
 
 namespace morphbus::bridge {
 namespace {
-
-using morphbus::ask_t;
 
 /// Of CLOCK a module needs the beginning and the end: in between SENSORS is its beat.
 constexpr Interest kClockInterest{true, 1, kFirstFieldOffset, morphbus::sim_clock_t::PHASE_RUN,
@@ -115,7 +112,9 @@ void ModuleParticipant::Start() {
     const SubscriptionBatch together(bus_);
     ListenFor(kClockInterest, ChannelOf(kSimProcess, Topic::kClock), &ModuleParticipant::OnClock);
     Listen(ChannelOf(kSimProcess, Topic::kSensors), &ModuleParticipant::OnSensors);
-    Listen(ChannelOf(options_.module, Topic::kAsk), &ModuleParticipant::OnAsk);
+    Listen(ChannelOf(kSimProcess, Topic::kLeave), &ModuleParticipant::OnLeave);
+    Listen(ChannelOf(options_.module, Topic::kResend), &ModuleParticipant::OnResend);
+    if (takes_place) Listen(ChannelOf(kSimProcess, Topic::kAdmit), &ModuleParticipant::OnAdmit);
     if (!takes_place && resume_tick_ == 0) ListenToAllMates();
   }
   if (takes_place) return Tell(&ModuleLockstep::Begin, ModuleLockstep::kUnknownTick);
@@ -274,7 +273,7 @@ void ModuleParticipant::CarryOut(const ModuleAction& action) {
       return;
     // The sim makes the run's hash of its own totals and of those that modules send here.
     case ModuleAction::Kind::kEndAck:
-      return AcknowledgeEnd();
+      return SayTotals(machine_.tick() - 1, outbox_.totals());
     case ModuleAction::Kind::kFinish:
       return;
     // Neither of these is the run's own end, so both are errors of this process.

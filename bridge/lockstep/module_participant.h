@@ -6,7 +6,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <morphbus/ask_t.hpp>
 #include <morphbus/deploy_piece_t.hpp>
 #include <morphbus/sensors_t.hpp>
 #include <morphbus/status_t.hpp>
@@ -135,11 +134,11 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void OnClock(const uint8_t* data, size_t size);
   void OnSensors(const uint8_t* data, size_t size);
   void OnTransform(uint16_t mate, const uint8_t* data, size_t size);
-  void OnAsk(const uint8_t* data, size_t size);
+  void OnResend(const uint8_t* data, size_t size);
+  /// The sim tells that the run is over, or that it goes on without a module.
+  void OnLeave(const uint8_t* data, size_t size);
   /// The sim tells where the run is, to a module that takes another's place.
-  void TakeAdmission(const morphbus::ask_t& ask);
-  /// The sim tells that the run goes on without this module.
-  void TakeLeave();
+  void OnAdmit(const uint8_t* data, size_t size);
   /// Whether this is a part of SENSORS that another module of the process has looked through, and
   /// in which nothing is ours: then no more than that is taken from it.
   bool TakeKnownPart(const uint8_t* data, size_t size);
@@ -155,8 +154,6 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   /// Takes our own reading, and what else the SENSORS that came last has for us, for the tick to
   /// compute, and tells whom it is mated to.
   void TakeReading(const vm::TickInput& input, std::vector<uint16_t>* mates);
-  /// Acknowledges END, with all totals, unless it was done a moment ago.
-  void AcknowledgeEnd();
   /// The modules mated to ours, each once, in order of connectors.
   void TakeMates(const vm::TickInput& input, std::vector<uint16_t>* mates);
   /// Takes this module's requests, pieces of a program, sensed pose and whether it is inspected out
@@ -206,8 +203,6 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   int64_t sim_time_us_ = 0;
   /// Of the ticks of our part of SENSORS.
   SequenceTracker sensors_tracker_;
-  /// Wall time before which END is not acknowledged again, however often it is repeated.
-  int64_t end_acked_until_us_ = 0;
   // Where snapshots go (nowhere if empty), the last one, and the tick a resumed module goes on
   // with.
   std::function<void(const std::vector<uint8_t>&)> before_publish_;

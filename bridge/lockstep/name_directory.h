@@ -33,12 +33,12 @@ class NameDirectory {
     return found == parts_.end() ? nullptr : &found->second;
   }
   void AddPart(uint64_t digest, Part part) {
-    // Only the first tick is of interest, and what others make up takes no more room.
+    // Only the first tick is of interest.
     if (parts_.size() >= kMostNames) parts_.clear();
     parts_.insert_or_assign(digest, std::move(part));
   }
 
-  /// Notes a name that can be one. It is told once and stays: another one later is not believed.
+  /// Notes a name that can be one, if none is known of that module.
   void Add(uint16_t module, std::string_view name) {
     const auto at = Find(module);
     const bool known = at != names_.end() && at->first == module;

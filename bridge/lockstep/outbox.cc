@@ -7,7 +7,8 @@
 namespace morphbus::bridge {
 namespace {
 
-// More than this no sound snapshot holds: a module has three hashed channels, HEALTH and HELLO.
+// More than this no sound snapshot holds: a module has three hashed channels, HEALTH, HELLO and
+// TOTALS.
 constexpr uint32_t kMostStreams = 8;
 constexpr uint32_t kMostKept = 4096;
 
@@ -141,7 +142,7 @@ int64_t Outbox::count(const Sending& channel) const {
 std::vector<ChannelTotal> Outbox::totals() const {
   std::vector<ChannelTotal> totals;
   for (const auto& [channel, stream] : streams_) {
-    // HEALTH, HELLO and ASK do not count for the run's hash.
+    // HEALTH, HELLO and the like do not count for the run's hash.
     if (!stream.hashed || stream.partial) continue;
     totals.push_back({channel, stream.next_sequence, stream.hash.Digest(), true});
   }
@@ -151,9 +152,10 @@ std::vector<ChannelTotal> Outbox::totals() const {
 }
 
 void Outbox::Save(std::vector<uint8_t>* out) const {
-  // Numbers on ASK, which has many publishers, mean nothing, and in time a module asks many others.
+  // Numbers on RESEND, which has many publishers, mean nothing, and in time a module asks many
+  // others.
   const auto is_saved = [](const Streams::value_type& entry) {
-    return ParseChannel(entry.first)->topic != Topic::kAsk;
+    return ParseChannel(entry.first)->topic != Topic::kResend;
   };
   PutBytes(out, static_cast<uint32_t>(std::count_if(streams_.begin(), streams_.end(), is_saved)));
   // Each channel: name, next number, state of its hash, and the messages kept.

@@ -34,9 +34,9 @@ struct LockstepTiming {
   /// Modules and the logger give the run up after so long without a word from the sim.
   int64_t lost_us = 10'000'000;
   /// While the sim holds still (pause, a slow pace, processes that have not joined), it repeats
-  /// CLOCK so often; well below linger_us, so that an END that was not the sim's lets nobody leave.
+  /// CLOCK so often; well below lost_us.
   int64_t heartbeat_us = 500'000;
-  /// A process that has acknowledged END leaves after so much silence even if KIND_BYE never comes.
+  /// A process that has acknowledged END leaves after so much silence even if LEAVE never comes.
   int64_t linger_us = 1'000'000;
 };
 

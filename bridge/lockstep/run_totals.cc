@@ -3,20 +3,24 @@
 #include <algorithm>
 #include <map>
 
-#include "bridge/wire/ask_layout.h"
 #include "bridge/wire/channels.h"
+#include "bridge/wire/lockstep_layout.h"
 
 namespace morphbus::bridge {
 
-using morphbus::ask_t;
-
-std::vector<ask_t> SplitTotals(const ask_t& pattern, const WireTotals& totals) {
-  std::vector<ask_t> parts = {pattern};
-  for (const morphbus::channel_total_t& total : totals) {
+std::vector<morphbus::totals_t> SplitTotals(const std::string& process, int64_t last_tick,
+                                            const std::vector<ChannelTotal>& totals) {
+  morphbus::totals_t empty;
+  empty.process = process;
+  empty.last_tick = last_tick;
+  empty.num_totals = 0;
+  std::vector<morphbus::totals_t> parts = {empty};
+  for (const ChannelTotal& published : totals) {
+    const morphbus::channel_total_t total = ToWire(published);
     const size_t size = static_cast<size_t>(parts.back().getEncodedSize()) +
                         static_cast<size_t>(total._getEncodedSizeNoHash());
     if (size > kMaxPayloadBytes || parts.back().num_totals >= layout::kMostTotals) {
-      parts.push_back(pattern);
+      parts.push_back(empty);
     }
     parts.back().totals.push_back(total);
     ++parts.back().num_totals;
@@ -29,35 +33,37 @@ std::vector<ask_t> SplitTotals(const ask_t& pattern, const WireTotals& totals) {
   return parts;
 }
 
-bool TotalsParts::Take(const ask_t& part) {
-  // A report of a later tick begins anew: the process has gone on since the one before.
-  if (part.num_parts < 1 || part.acknowledged_tick < acknowledged_tick_) return false;
-  if (missing_ < 0 || part.acknowledged_tick > acknowledged_tick_) {
+bool TotalsParts::Take(const morphbus::totals_t& part) {
+  // A report of a later tick begins anew: the logger has got what it lacked.
+  if (part.num_parts < 1 || part.last_tick < last_tick_) return false;
+  if (missing_ < 0 || part.last_tick > last_tick_) {
     missing_ = part.num_parts;
     parts_.assign(static_cast<size_t>(part.num_parts), false);
     totals_.clear();
-    acknowledged_tick_ = part.acknowledged_tick;
+    last_tick_ = part.last_tick;
   }
   // A part may come any number of times.
   const auto number = static_cast<size_t>(part.part);
   if (number >= parts_.size() || parts_[number]) return false;
   parts_[number] = true;
-  totals_.insert(totals_.end(), part.totals.begin(), part.totals.end());
+  for (const morphbus::channel_total_t& total : part.totals) {
+    totals_.push_back(
+        {total.channel, total.count, static_cast<uint64_t>(total.chained_hash), total.hashed != 0});
+  }
   return --missing_ == 0;
 }
 
 std::string WhereTheLogDiffers(const std::vector<ChannelTotal>& published,
-                               const WireTotals& recorded) {
-  std::map<std::string, const morphbus::channel_total_t*> in_log;
-  for (const morphbus::channel_total_t& total : recorded) in_log[total.channel] = &total;
+                               const std::vector<ChannelTotal>& recorded) {
+  std::map<std::string, const ChannelTotal*> in_log;
+  for (const ChannelTotal& total : recorded) in_log[total.channel] = &total;
   std::string first;
   int more = 0;
   for (const ChannelTotal& total : published) {
     if (!total.hashed) continue;
     const auto found = in_log.find(total.channel);
     const int64_t count = found == in_log.end() ? 0 : found->second->count;
-    const auto hash =
-        found == in_log.end() ? uint64_t{0} : static_cast<uint64_t>(found->second->chained_hash);
+    const uint64_t hash = found == in_log.end() ? 0 : found->second->hash;
     if (count == total.count && (count == 0 || hash == total.hash)) continue;
     // The first difference is told in words, the others are counted.
     if (!first.empty()) {

@@ -4,9 +4,7 @@
 // run's key gets that far, so a difference is a mistake of ours.
 
 #include <cstdint>
-#include <morphbus/ask_t.hpp>
-#include <morphbus/channel_total_t.hpp>
-#include <optional>
+#include <morphbus/totals_t.hpp>
 #include <string>
 #include <vector>
 
@@ -14,34 +12,32 @@
 
 namespace morphbus::bridge {
 
-/// Totals of channels, as messages carry them.
-using WireTotals = std::vector<morphbus::channel_total_t>;
-
 /// Totals as the messages that carry them, each small enough for a datagram; at least one.
-/// @param pattern  what all of them have in common.
-std::vector<morphbus::ask_t> SplitTotals(const morphbus::ask_t& pattern, const WireTotals& totals);
+/// @param process, last_tick  as in totals_t.
+std::vector<morphbus::totals_t> SplitTotals(const std::string& process, int64_t last_tick,
+                                            const std::vector<ChannelTotal>& totals);
 
 /// Puts the parts of one process's totals together. A process that acknowledges a later tick than
 /// before reports anew.
 class TotalsParts {
  public:
-  /// Takes a part (KIND_END_ACK). Returns true if it is the last one needed. Parts that came
-  /// before, or that cannot be, change nothing.
-  bool Take(const morphbus::ask_t& part);
+  /// Takes a part. Returns true if it is the last one needed. Parts that came before, or that
+  /// cannot be, change nothing.
+  bool Take(const morphbus::totals_t& part);
   /// All of them; complete once Take said so.
-  [[nodiscard]] const WireTotals& totals() const { return totals_; }
+  [[nodiscard]] const std::vector<ChannelTotal>& totals() const { return totals_; }
   [[nodiscard]] bool complete() const { return missing_ == 0; }
 
  private:
-  std::vector<bool> parts_;         ///< Which parts have come.
-  int missing_ = -1;                ///< Parts that have not come; -1 before the first one.
-  int64_t acknowledged_tick_ = -1;  ///< What the totals speak of.
-  WireTotals totals_;
+  std::vector<bool> parts_;  ///< Which parts have come.
+  int missing_ = -1;         ///< Parts that have not come; -1 before the first one.
+  int64_t last_tick_ = -1;   ///< What the totals speak of.
+  std::vector<ChannelTotal> totals_;
 };
 
 /// Names the channel, the first in order of name, of which the log holds other messages than were
 /// published, and says how many more there are; empty if all agree.
 std::string WhereTheLogDiffers(const std::vector<ChannelTotal>& published,
-                               const WireTotals& recorded);
+                               const std::vector<ChannelTotal>& recorded);
 
 }  // namespace morphbus::bridge

@@ -295,7 +295,7 @@ void SimLockstep::Conclude(int64_t now_us, Actions* out) {
 }
 
 void SimLockstep::Finish(Actions* out) {
-  // Nobody acknowledges KIND_BYE: who misses it leaves after a second of silence.
+  // Nobody acknowledges that: who misses it leaves after a second of silence.
   out->push_back({SimAction::Kind::kBye, tick_, -1});
   out->push_back({SimAction::Kind::kFinish, tick_, -1});
   phase_ = Phase::kDone;

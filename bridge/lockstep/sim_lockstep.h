@@ -30,9 +30,9 @@ struct SimAction {
     kAdvance,
     /// Ask module `process` for its ACTUATOR of `tick`, which is missing.
     kAskModule,
-    /// Ask the logger up to which tick it has everything (ASK, KIND_POLL).
+    /// Ask the logger up to which tick it has everything.
     kPollLogger,
-    /// Ask module `process` to leave the run (ASK, KIND_LEAVE).
+    /// Ask module `process` to leave the run.
     kAskToLeave,
     /// All is there for the next tick, which waits for PassBarrier.
     kAtBarrier,
@@ -40,9 +40,9 @@ struct SimAction {
     kPublishEnd,
     /// Publish that CLOCK again, for whoever has not acknowledged it.
     kRepeatEnd,
-    /// Tell the logger how the run ended (ASK, KIND_VERDICT).
+    /// Tell the logger how the run ended.
     kTellVerdict,
-    /// Tell everyone that the run is over (ASK, KIND_BYE).
+    /// Tell everyone that the run is over.
     kBye,
     /// Nothing more will come: the participant works out the outcome of the run.
     kFinish,
@@ -129,6 +129,8 @@ class SimLockstep {
   /// The run is over and all actions were given out; further events change nothing.
   [[nodiscard]] bool done() const { return phase_ == Phase::kDone; }
   [[nodiscard]] bool paused() const { return paused_; }
+  /// The number of the logger among the processes.
+  [[nodiscard]] int logger_number() const { return config_.num_modules; }
   /// Every module has acknowledged END.
   [[nodiscard]] bool all_modules_acknowledged() const;
   /// Done, and everybody answered in time.
@@ -211,7 +213,6 @@ class SimLockstep {
   void Heartbeat(int64_t now_us, Actions* out);
   /// Asks again for whatever the present phase waits for.
   void OnAskTimer(int64_t now_us, Actions* out);
-  [[nodiscard]] int logger_number() const { return config_.num_modules; }
   /// Whether the process was named as one that kept silent too long.
   [[nodiscard]] bool IsSilent(int process) const;
   /// END was acknowledged by all but those that were silent before.

@@ -2,7 +2,12 @@
 
 #include <algorithm>
 #include <morphbus/actuator_t.hpp>
+#include <morphbus/leave_t.hpp>
+#include <morphbus/progress_t.hpp>
+#include <morphbus/resend_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
+#include <morphbus/totals_t.hpp>
+#include <morphbus/verdict_t.hpp>
 #include <utility>
 
 #include "bridge/wire/vm_codec.h"
@@ -12,7 +17,6 @@
 namespace morphbus::bridge {
 namespace {
 
-using morphbus::ask_t;
 using morphbus::sim_clock_t;
 
 /// What the state machine needs to know of the options.
@@ -54,11 +58,15 @@ SimParticipant::SimParticipant(Bus* bus, SimulatedRobot* robot, const TimeSource
 }
 
 void SimParticipant::Start() {
-  // HELLO and ASK have one channel for all senders, ACTUATOR one for each module.
+  // HELLO, RESEND and TOTALS have one channel for all senders, ACTUATOR one for each module.
   {
     const SubscriptionBatch together(bus_);
     Listen(ChannelOf("", Topic::kHello), &SimParticipant::OnHello);
-    Listen(ChannelOf(kSimProcess, Topic::kAsk), &SimParticipant::OnAsk);
+    Listen(ChannelOf(kSimProcess, Topic::kResend), &SimParticipant::OnResend);
+    Listen(ChannelOf("", Topic::kTotals), &SimParticipant::OnTotals);
+    if (options_.logger) {
+      Listen(ChannelOf(kLogProcess, Topic::kProgress), &SimParticipant::OnProgress);
+    }
     for (size_t i = 0; i < options_.modules.size(); ++i) {
       Listen(ChannelOf(options_.modules[i].name, Topic::kActuator), &SimParticipant::OnActuator, i);
     }
@@ -192,33 +200,30 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
   Tell(&SimLockstep::OnActuator, static_cast<int>(module), tick);
 }
 
-void SimParticipant::OnAsk(const uint8_t* data, size_t size) {
-  ask_t ask;
+void SimParticipant::OnResend(const uint8_t* data, size_t size) {
+  morphbus::resend_t ask;
   if (!Accept(data, size, &ask)) return;
-  const int process = ProcessNumber(ask.sender);
-  if (ask.kind == ask_t::KIND_RESEND) {
-    outbox_.Answer(ask.channel, ask.first_sequence, ask.last_sequence, now_us());
-  } else if (ask.kind == ask_t::KIND_ACK && ask.sender == kLogProcess) {
-    Tell(&SimLockstep::OnLogAck, ask.acknowledged_tick);
-  } else if (ask.kind == ask_t::KIND_END_ACK && process >= 0) {
-    TakeEndAck(process, ask);
-  } else if (ask.kind == ask_t::KIND_VERDICT_ACK && ask.sender == kLogProcess) {
-    Tell(&SimLockstep::OnVerdictAck);
-  } else {
-    CountRefused(&Ledger::bad, "SIM/ASK",
-                 "kind " + std::to_string(ask.kind) + " of '" + ask.sender +
-                     "', who does not say that to the simulator");
-  }
+  outbox_.Answer(ask.channel, ask.first_sequence, ask.last_sequence, now_us());
 }
 
-void SimParticipant::TakeEndAck(int process, const ask_t& ask) {
-  const bool leaves = ask.sender != kLogProcess && machine_.lost(process);
+void SimParticipant::OnProgress(const uint8_t* data, size_t size) {
+  morphbus::progress_t progress;
+  if (!Accept(data, size, &progress)) return;
+  Tell(&SimLockstep::OnLogAck, progress.complete_tick);
+  if (progress.verdict_heard) Tell(&SimLockstep::OnVerdictAck);
+}
+
+void SimParticipant::OnTotals(const uint8_t* data, size_t size) {
+  morphbus::totals_t totals;
+  int process = -1;
+  const auto fits = [&] { return (process = ProcessNumber(totals.process)) >= 0; };
+  if (!Accept(data, size, &totals, fits)) return;
+  // What the logger was told of the run's end holds.
+  const bool leaves = process != machine_.logger_number() && machine_.lost(process);
   if (verdict_told_ || (!machine_.ending() && !leaves)) return;
   // Every process says it again until all have said it. In real time the logger goes on recording
   // what comes late: its first whole report counts.
-  if (!reports_[process].Take(ask)) return;
-  if (ask.sender == kLogProcess) outcome_.recorded_hash = ask.run_hash;
-  Tell(&SimLockstep::OnEndAck, process);
+  if (reports_[process].Take(totals)) Tell(&SimLockstep::OnEndAck, process);
 }
 
 void SimParticipant::CarryOut(const SimAction& action) {
@@ -247,12 +252,11 @@ void SimParticipant::CarryOut(const SimAction& action) {
       return AskForResend(names_[action.process], Topic::kActuator, action.tick, action.tick);
     // The header of the request says at which tick the sim is.
     case SimAction::Kind::kPollLogger:
-      ++ledger_.asked;
-      return Ask(kLogProcess, MakeAsk(ask_t::KIND_POLL));
+      return AskForResend(kLogProcess, Topic::kProgress, 0, 0);
     case SimAction::Kind::kPublishEnd:
       return PublishClock(action.tick, sim_clock_t::PHASE_END);
     case SimAction::Kind::kAskToLeave:
-      return Ask(names_[action.process], MakeAsk(ask_t::KIND_LEAVE));
+      return Say(kSimProcess, Topic::kLeave, morphbus::leave_t{{}, names_[action.process]});
     case SimAction::Kind::kAtBarrier:
       return at_barrier_ ? at_barrier_() : PassBarrier();
     // END is the last message on CLOCK.
@@ -265,9 +269,7 @@ void SimParticipant::CarryOut(const SimAction& action) {
       return TellVerdict();
     case SimAction::Kind::kBye:
       // Not acknowledged, hence several: who misses all of them leaves after a second of silence.
-      for (int i = 0; i < 4; ++i) {
-        for (const std::string& name : names_) Ask(name, MakeAsk(ask_t::KIND_BYE));
-      }
+      for (int i = 0; i < 4; ++i) Say(kSimProcess, Topic::kLeave, morphbus::leave_t());
       return;
     case SimAction::Kind::kFinish:
       return Conclude();
@@ -334,21 +336,19 @@ std::string SimParticipant::SilentText() const {
 void SimParticipant::Conclude() {
   outcome_.ticks = machine_.tick();
   outcome_.missed_deadlines = machine_.missed_deadlines();
-  // The totals of the run: our own channels, and those that the modules told with KIND_END_ACK.
+  // The totals of the run: our own channels, and those that the modules told.
   outcome_.totals = outbox_.totals();
   for (size_t i = 0; i < options_.modules.size(); ++i) {
-    for (const morphbus::channel_total_t& total : reports_[i].totals()) {
-      // A module speaks for its own channels only.
-      const std::optional<ChannelName> name = ParseChannel(total.channel);
-      if (!name || name->run != options_.run || name->process != options_.modules[i].name) continue;
-      outcome_.totals.push_back({total.channel, total.count,
-                                 static_cast<uint64_t>(total.chained_hash), IsHashed(name->topic)});
-    }
+    const std::vector<ChannelTotal>& told = reports_[i].totals();
+    outcome_.totals.insert(outcome_.totals.end(), told.begin(), told.end());
   }
   std::sort(outcome_.totals.begin(), outcome_.totals.end(),
             [](const ChannelTotal& a, const ChannelTotal& b) { return a.channel < b.channel; });
   outcome_.messages = 0;
   for (const ChannelTotal& total : outcome_.totals) outcome_.messages += total.count;
+  if (options_.logger && reports_.back().complete()) {
+    outcome_.recorded_hash = RunHash(reports_.back().totals());
+  }
   // Without the totals of every module there is no hash of the whole run. What a module published
   // that died and left nothing behind, only the logger has.
   outcome_.run_hash = !machine_.all_modules_acknowledged() ? ""
@@ -363,11 +363,8 @@ void SimParticipant::TellVerdict() {
   // The machine may still find that the logger keeps silent, so the outcome is worked out once more
   // at the end.
   Conclude();
-  ask_t verdict = MakeAsk(ask_t::KIND_VERDICT);
-  verdict.run_hash = outcome_.run_hash;
-  verdict.verdict = CutText(outcome_.error, kLongestText);
   verdict_told_ = true;
-  Ask(kLogProcess, std::move(verdict));
+  Say(kSimProcess, Topic::kVerdict, morphbus::verdict_t{{}, CutText(outcome_.error, kLongestText)});
 }
 
 }  // namespace morphbus::bridge

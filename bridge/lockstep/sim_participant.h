@@ -173,7 +173,10 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   // hears of it.
   void OnHello(const uint8_t* data, size_t size);
   void OnActuator(size_t module, const uint8_t* data, size_t size);
-  void OnAsk(const uint8_t* data, size_t size);
+  void OnResend(const uint8_t* data, size_t size);
+  void OnProgress(const uint8_t* data, size_t size);
+  /// A process acknowledges END, or that it leaves.
+  void OnTotals(const uint8_t* data, size_t size);
   /// In real time, while a module gets a package: does it have it?
   void OnTransform(uint64_t id, const uint8_t* data, size_t size);
   // (sim_participant_joins.cc)
@@ -184,8 +187,6 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   void Admit(int process);
   /// Takes out of the readings what connects modules with those that are lost.
   void HideLostModules();
-  /// A part of OnAsk: END was acknowledged.
-  void TakeEndAck(int process, const morphbus::ask_t& ask);
   /// What everybody said of the run, compared with what was published; empty, or who
   /// disagrees. (sim_participant_checks.cc)
   [[nodiscard]] std::string Disagreement() const;
@@ -216,7 +217,7 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   [[nodiscard]] std::string SilentText() const;
   /// Works out how the run ended, as far as is known now.
   void Conclude();
-  /// Tells the logger how the run ended (KIND_VERDICT).
+  /// Tells the logger how the run ended.
   void TellVerdict();
   /// Calls the report of OnMissing if it is due.
   void ReportMissing();
@@ -246,7 +247,7 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   std::vector<std::vector<size_t>> sensors_parts_;  ///< Indices of modules, constant over the run.
   /// Messages on WORLD a tick, constant over the run.
   int world_parts_ = 0;
-  /// What the processes said with KIND_END_ACK, by process.
+  /// What the processes said on TOTALS, by process.
   std::vector<TotalsParts> reports_;
   /// Of the numbers of each module's ACTUATOR.
   std::vector<SequenceTracker> received_;

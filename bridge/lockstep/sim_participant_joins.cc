@@ -2,6 +2,7 @@
 // process that takes the place of one that died, and a module that the run does without.
 
 #include <algorithm>
+#include <morphbus/admit_t.hpp>
 #include <morphbus/sensors_t.hpp>
 #include <string>
 #include <utility>
@@ -11,8 +12,6 @@
 
 namespace morphbus::bridge {
 namespace {
-
-using morphbus::ask_t;
 
 /// A module that was heard within so long, in microseconds, keeps its place: two processes of one
 /// name must not take turns.
@@ -45,18 +44,14 @@ void SimParticipant::Admit(int process) {
   if (static_cast<size_t>(process) >= options_.modules.size()) return;
   // The present tick is the first that the predecessor has not answered, or else the next one is.
   // In real time the newest sensors decide.
-  ask_t ask = MakeAsk(ask_t::KIND_ADMIT);
-  ask.acknowledged_tick = machine_.answered(process) ? machine_.tick() : machine_.tick() - 1;
-  // A module sends one TRANSFORM with every ACTUATOR.
-  const std::pair<Topic, int64_t> counts[] = {{Topic::kTransform, num_actuators_[process]},
-                                              {Topic::kActuator, num_actuators_[process]},
-                                              {Topic::kStatus, num_status_[process]}};
-  for (const auto& [topic, count] : counts) {
-    ask.totals.push_back(ToWire({ChannelOf(names_[process], topic), count, 0, true}));
-  }
-  ask.claim = claims_[process];
-  ask.num_totals = static_cast<int16_t>(ask.totals.size());
-  Ask(names_[process], std::move(ask));
+  const int64_t last = machine_.answered(process) ? machine_.tick() : machine_.tick() - 1;
+  Say(kSimProcess, Topic::kAdmit,
+      morphbus::admit_t{{},
+                        names_[process],
+                        claims_[process],
+                        last,
+                        num_actuators_[process],
+                        num_status_[process]});
 }
 
 std::vector<std::string> SimParticipant::GoneModules() const {

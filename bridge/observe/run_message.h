@@ -72,8 +72,8 @@ class RunMessageHandler {
 };
 
 /// Checks a message's body and gives it to `handler`. What parties of a run tell each other only
-/// (ASK, HELLO, CONTROL) is passed over. Fails if the message is not what its topic promises, and
-/// says which field is wrong; nothing is called then.
+/// (HELLO, RESEND, CONTROL and the like) is passed over. Fails if the message is not what its topic
+/// promises, and says which field is wrong; nothing is called then.
 Result<void> ReadMessage(const RunMessage& message, RunMessageHandler* handler);
 
 /// A message with a sound header as one of type M; nothing if it is of another type or its body is

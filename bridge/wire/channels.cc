@@ -7,38 +7,48 @@ namespace morphbus::bridge {
 namespace {
 
 /// What is known of a topic: its name, whose channels have it, whether it counts for the run's
-/// hash.
+/// hash, whether several processes publish there.
 struct TopicRow {
   Topic topic;
   std::string_view name;
   // Whose name stands before the topic; channels of the run as a whole have none there.
-  enum class Owner : uint8_t { kSim, kModule, kProcess, kRun } owner;
-  bool hashed;
+  enum class Owner : uint8_t { kSim, kLog, kModule, kProcess, kRun } owner;
+  bool hashed = false;
+  bool many_publishers = false;
 };
+using Owner = TopicRow::Owner;
 
 // In the order of Topic, which is their index.
-constexpr std::array<TopicRow, 12> kTopics = {{
-    {Topic::kClock, "CLOCK", TopicRow::Owner::kSim, true},
-    {Topic::kSensors, "SENSORS", TopicRow::Owner::kSim, true},
-    {Topic::kWorld, "WORLD", TopicRow::Owner::kSim, true},
-    {Topic::kTransform, "TRANSFORM", TopicRow::Owner::kModule, true},
-    {Topic::kActuator, "ACTUATOR", TopicRow::Owner::kModule, true},
-    {Topic::kStatus, "STATUS", TopicRow::Owner::kModule, true},
-    {Topic::kHealth, "HEALTH", TopicRow::Owner::kProcess, false},
-    {Topic::kAsk, "ASK", TopicRow::Owner::kProcess, false},
-    {Topic::kHello, "HELLO", TopicRow::Owner::kRun, false},
-    {Topic::kInfo, "INFO", TopicRow::Owner::kRun, false},
-    {Topic::kControl, "CONTROL", TopicRow::Owner::kRun, false},
-    {Topic::kEnd, "END", TopicRow::Owner::kRun, false},
+constexpr std::array<TopicRow, 19> kTopics = {{
+    {Topic::kClock, "CLOCK", Owner::kSim, true},
+    {Topic::kSensors, "SENSORS", Owner::kSim, true},
+    {Topic::kWorld, "WORLD", Owner::kSim, true},
+    {Topic::kTransform, "TRANSFORM", Owner::kModule, true},
+    {Topic::kActuator, "ACTUATOR", Owner::kModule, true},
+    {Topic::kStatus, "STATUS", Owner::kModule, true},
+    {Topic::kHealth, "HEALTH", Owner::kProcess},
+    {Topic::kResend, "RESEND", Owner::kProcess, false, true},
+    {Topic::kAdmit, "ADMIT", Owner::kSim},
+    {Topic::kLeave, "LEAVE", Owner::kSim},
+    {Topic::kVerdict, "VERDICT", Owner::kSim},
+    {Topic::kProgress, "PROGRESS", Owner::kLog},
+    {Topic::kBatch, "BATCH", Owner::kLog},
+    {Topic::kHello, "HELLO", Owner::kRun, false, true},
+    {Topic::kTotals, "TOTALS", Owner::kRun, false, true},
+    {Topic::kInfo, "INFO", Owner::kRun},
+    {Topic::kControl, "CONTROL", Owner::kRun, false, true},
+    {Topic::kFollow, "FOLLOW", Owner::kRun, false, true},
+    {Topic::kEnd, "END", Owner::kRun},
 }};
 
 const TopicRow& RowOf(Topic topic) { return kTopics[static_cast<size_t>(topic)]; }
 
 /// Names that a module must not have, because channels use them.
 bool IsReserved(std::string_view name) {
-  constexpr std::array<std::string_view, 6> kReserved = {kSimProcess, kLogProcess, "HELLO",
-                                                         "INFO",      "CONTROL",   "END"};
-  return std::find(kReserved.begin(), kReserved.end(), name) != kReserved.end();
+  return name == kSimProcess || name == kLogProcess ||
+         std::ranges::any_of(kTopics, [name](const TopicRow& row) {
+           return row.owner == Owner::kRun && row.name == name;
+         });
 }
 
 /// Letters, digits and '_', and '-' where allowed.
@@ -62,15 +72,17 @@ bool IsRunName(std::string_view run) {
 }
 
 /// Whether a topic exists at that process.
-bool OwnerFits(TopicRow::Owner owner, std::string_view process) {
+bool OwnerFits(Owner owner, std::string_view process) {
   switch (owner) {
-    case TopicRow::Owner::kSim:
+    case Owner::kSim:
       return process == kSimProcess;
-    case TopicRow::Owner::kModule:
+    case Owner::kLog:
+      return process == kLogProcess;
+    case Owner::kModule:
       return IsModuleName(process);
-    case TopicRow::Owner::kProcess:
+    case Owner::kProcess:
       return process == kSimProcess || process == kLogProcess || IsModuleName(process);
-    case TopicRow::Owner::kRun:
+    case Owner::kRun:
       return process.empty();
   }
   return false;
@@ -83,8 +95,10 @@ std::string Channel(std::string_view run, std::string_view process, Topic topic)
   std::string name(run);
   name += '/';
   // The process's part is left out where the topic belongs to the run.
-  if (row.owner != TopicRow::Owner::kRun) {
-    name += row.owner == TopicRow::Owner::kSim ? kSimProcess : process;
+  if (row.owner != Owner::kRun) {
+    name += row.owner == Owner::kSim   ? kSimProcess
+            : row.owner == Owner::kLog ? kLogProcess
+                                       : process;
     name += '/';
   }
   name += row.name;
@@ -116,9 +130,7 @@ std::optional<ChannelName> ParseChannel(std::string_view channel) {
 
 bool IsHashed(Topic topic) { return RowOf(topic).hashed; }
 
-bool HasManyPublishers(Topic topic) {
-  return topic == Topic::kAsk || topic == Topic::kHello || topic == Topic::kControl;
-}
+bool HasManyPublishers(Topic topic) { return RowOf(topic).many_publishers; }
 
 Result<void> CheckRunName(std::string_view run) {
   if (IsRunName(run)) return {};

@@ -22,10 +22,17 @@ enum class Topic : uint8_t {
   kActuator,
   kStatus,  // RUN/<module>/...
   kHealth,
-  kAsk,  // RUN/<process>/...; ASK is named by the addressee.
+  kResend,  // RUN/<process>/...; RESEND is named by who is asked.
+  kAdmit,
+  kLeave,
+  kVerdict,  // RUN/SIM/...
+  kProgress,
+  kBatch,  // RUN/LOG/...
   kHello,
+  kTotals,
   kInfo,
   kControl,
+  kFollow,
   kEnd,  // RUN/...
 };
 
@@ -46,14 +53,13 @@ inline constexpr size_t kMaxLocalChannel = kMaxProcessName + 1 + kMaxTopicName;
 struct ChannelName {
   /// The run's name: "walk" in walk/m1/TRANSFORM.
   std::string_view run;
-  /// The process whose channel it is ("m1"), for ASK the addressee; empty for kHello, kInfo,
-  /// kControl and kEnd.
+  /// The process whose channel it is ("m1"); empty for those of the run as a whole.
   std::string_view process;
   Topic topic = Topic::kClock;
 };
 
-/// Full name, e.g. "walk/m1/TRANSFORM". `process` is ignored by topics that have none; for kClock,
-/// kSensors and kWorld it is always "SIM". The names are not checked: see CheckRunName and
+/// Full name, e.g. "walk/m1/TRANSFORM". `process` is ignored by topics that have none, or that only
+/// the simulator or the logger has. The names are not checked: see CheckRunName and
 /// CheckModuleName.
 std::string Channel(std::string_view run, std::string_view process, Topic topic);
 
@@ -74,7 +80,7 @@ bool HasManyPublishers(Topic topic);
 Result<void> CheckRunName(std::string_view run);
 
 /// Fails, in a sentence for people, unless this can be a module's name on the bus: 1..28 of A-Z a-z
-/// 0-9 _, and none of SIM, LOG, HELLO, INFO, CONTROL, END.
+/// 0-9 _, and none of SIM, LOG and the channels of the run as a whole.
 Result<void> CheckModuleName(std::string_view module);
 
 /// The module that a control of CLOCK takes out of the run from that tick on ("lose m3"); empty if

@@ -21,7 +21,7 @@ inline constexpr size_t kMaxValueText = 96;  ///< Values of programs as text; by
 inline constexpr size_t kRunHashText = 32;   ///< Hexadecimal digits.
 // Entries of the arrays that vm/limits.h says nothing of.
 inline constexpr int64_t kMostControls = 64;
-inline constexpr int64_t kMostTotals = 32;  ///< In one ASK; the log's END has more.
+inline constexpr int64_t kMostTotals = 32;  ///< In one TOTALS; the log's END has more.
 // The highest index of a link, joint and connector of any module type.
 inline constexpr int64_t kLastLink = vm::kMaxLinks - 1;
 inline constexpr int64_t kLastJoint = vm::kMaxJoints - 1;

@@ -4,11 +4,11 @@
 // says what a field means to it: WireReader (bridge/wire/wire_reader.h) checks bytes, WireSizer
 // (bridge/wire/wire_size.h) adds sizes up.
 //
-// A new field of a message needs a line in its .lcm file, one here (for ask_t in
-// bridge/wire/ask_layout.h, for inspection_t and its parts in bridge/wire/held_layout.h), and one
-// in each direction in bridge/wire/vm_codec.cc if the VM is to know it; test/bridge/layout_test.cc
-// fails where the first two disagree. The names given here are those of the .lcm file, since
-// failures quote them.
+// A new field of a message needs a line in its .lcm file, one here (for what only the parties of a
+// run tell each other in bridge/wire/lockstep_layout.h, for inspection_t and its parts in
+// bridge/wire/held_layout.h), and one in each direction in bridge/wire/vm_codec.cc if the VM is to
+// know it; test/bridge/layout_test.cc fails where the first two disagree. The names given here are
+// those of the .lcm file, since failures quote them.
 //
 // A visitor offers:
 //   Int8, Int16, Int32, Int64(name, lowest, highest)   a number in that range; returns it
@@ -33,10 +33,10 @@
 #include <morphbus/transform_t.hpp>
 #include <morphbus/world_t.hpp>
 
-#include "bridge/wire/ask_layout.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/held_layout.h"
 #include "bridge/wire/layout_base.h"
+#include "bridge/wire/lockstep_layout.h"
 #include "bridge/wire/wire_limits.h"
 #include "vm/image/fault.h"
 #include "vm/limits.h"

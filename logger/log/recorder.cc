@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
-#include <morphbus/ask_t.hpp>
 #include <morphbus/log_end_t.hpp>
+#include <morphbus/totals_t.hpp>
 #include <tuple>
 
 #include "bridge/wire/channels.h"
@@ -137,15 +137,12 @@ void Recorder::EachSecond() {
   if (auto flushed = writer_->Flush(); !flushed && error_.empty()) error_ = flushed.error().message;
 }
 
-void Recorder::TakeEndAck(const uint8_t* data, size_t size) {
-  morphbus::ask_t ask;
-  // Only END_ACK vouches for counts, and of a repeated one the higher counts hold.
-  if (!bridge::Decode(data, size, {}, &ask) || ask.kind != morphbus::ask_t::KIND_END_ACK) return;
-  for (const morphbus::channel_total_t& total : ask.totals) {
-    // A module speaks for its own channels only.
-    const std::optional<bridge::ChannelName> name = bridge::ParseChannel(total.channel);
-    if (!name || name->run != key_.run || name->process != ask.sender) continue;
-    if (!bridge::IsHashed(name->topic) || !participant_->HasProcess(name->process)) continue;
+void Recorder::TakeTotals(const uint8_t* data, size_t size) {
+  morphbus::totals_t totals;
+  // The logger's own are of what was recorded.
+  if (!bridge::Decode(data, size, {}, &totals) || totals.process == bridge::kLogProcess) return;
+  // Of what is told again the higher counts hold.
+  for (const morphbus::channel_total_t& total : totals.totals) {
     published_[total.channel] = std::max(published_[total.channel], total.count);
   }
 }
@@ -157,7 +154,7 @@ void Recorder::Take(const bridge::LoggedMessage& message) {
   const std::optional<bridge::ChannelName> name = bridge::ParseChannel(message.channel);
   // The description stands at the head of the log once; END is ours to write.
   if (!name || name->topic == Topic::kInfo || name->topic == Topic::kEnd) return;
-  if (name->topic == Topic::kAsk) TakeEndAck(message.data, message.size);
+  if (name->topic == Topic::kTotals) TakeTotals(message.data, message.size);
   // A ledger that came after the end is the process's last: nothing more need be waited for.
   if (name->topic == Topic::kHealth && name->process != bridge::kLogProcess) {
     ledgers_[std::string(name->process)] = participant_->complete();

@@ -138,8 +138,8 @@ class Recorder : public bridge::Participant {
   [[nodiscard]] bool HasAllLedgers() const;
   /// Takes one message of the run as it arrives: writes it, or holds it until its tick is whole.
   void Take(const bridge::LoggedMessage& message);
-  /// Takes from an END_ACK how many messages its sender published, by channel.
-  void TakeEndAck(const uint8_t* data, size_t size);
+  /// Takes from TOTALS how many messages a module published, by channel.
+  void TakeTotals(const uint8_t* data, size_t size);
   /// What the log holds of a channel, begun if need be.
   Channels::value_type* ChannelNamed(std::string_view name);
   /// The same for a message's channel, by the index that the participant knows it by.
@@ -180,7 +180,7 @@ class Recorder : public bridge::Participant {
   Channels written_;
   std::vector<Channels::value_type*> by_index_;  ///< Of them those with an index; null: none yet.
   bool in_order_ = false;
-  /// How many messages the modules said they published (END_ACK), by channel.
+  /// How many messages the modules said they published (TOTALS), by channel.
   std::map<std::string, int64_t> published_;
   /// Processes that sent HEALTH, and whether they did so after the run's end.
   std::map<std::string, bool> ledgers_;

@@ -1,16 +1,12 @@
 #include "logger/log/replay_delivery.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
-#include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
 
 namespace morphbus::logger {
 
 using bridge::Topic;
-using morphbus::ask_t;
 
 namespace {
 
@@ -30,31 +26,25 @@ constexpr int64_t kJoinUs = 100'000;
 /// What a follower gathers at most; a batch that is larger is none of ours.
 constexpr size_t kMostGathered = 1'000;
 
-/// A message of this protocol, with all that it does not use empty.
-ask_t MakeMark(int8_t kind, std::string_view sender, int64_t number) {
-  ask_t ask{};
-  ask.header.protocol = morphbus::header_t::PROTOCOL;
-  ask.sender = sender;
-  ask.kind = kind;
-  ask.first_sequence = std::max<int64_t>(number, 0);
-  ask.acknowledged_tick = -1;
-  return ask;
-}
-
-/// As a message of the replay's, outside the outbox: these have no numbers.
-void SendAsk(bridge::Bus* bus, const std::string& channel, const ask_t& ask) {
+/// Publishes a message of a replay's, which is no party of a run and has no outbox.
+template <class M>
+void SendOutside(bridge::Bus* bus, const std::string& channel, M message) {
+  message.header.protocol = morphbus::header_t::PROTOCOL;
   std::vector<uint8_t> payload;
-  bridge::Encode(ask, &payload);
+  bridge::Encode(message, &payload);
   bus->Publish(channel, payload.data(), payload.size());
 }
 
 }  // namespace
 
+bool IsReplayed(Topic topic) {
+  return bridge::IsHashed(topic) || topic == Topic::kHealth || topic == Topic::kInfo;
+}
+
 bool IsFollowed(std::string_view run, std::string_view channel, size_t size) {
   const auto name = bridge::ParseChannel(channel);
-  if (!name || name->run != run || channel.size() + size > kMaxFollowedBytes) return false;
-  return name->topic != Topic::kAsk && name->topic != Topic::kHello &&
-         name->topic != Topic::kControl && name->topic != Topic::kEnd;
+  return name && name->run == run && channel.size() + size <= kMaxFollowedBytes &&
+         IsReplayed(name->topic);
 }
 
 void BatchSum::Add(std::string_view channel, std::span<const uint8_t> data) {
@@ -66,35 +56,36 @@ void BatchSum::Add(std::string_view channel, std::span<const uint8_t> data) {
   ++count_;
 }
 
-std::string BatchSum::hash() const { return fmt::format("{:016x}", hash_.Digest()); }
-
 // ---- The replayer's side ----
 
-void ReplayDelivery::Take(const ask_t& ask) {
-  if (ask.kind == ask_t::KIND_FOLLOW && followers_.size() < kMostFollowers) {
+void ReplayDelivery::Take(const morphbus::replay_follow_t& said) {
+  if (said.batch < 0) {
     // Who joins within a batch is asked for the next one.
-    followers_.emplace(ask.sender, true);
+    if (followers_.size() < kMostFollowers) followers_.emplace(said.follower, true);
     return;
   }
   // Answers count only for the batch that is out.
-  const auto follower = followers_.find(ask.sender);
-  if (follower == followers_.end() || ask.first_sequence != number_) return;
-  if (ask.kind == ask_t::KIND_BATCH_ACK) {
+  const auto follower = followers_.find(said.follower);
+  if (follower == followers_.end() || said.batch != number_) return;
+  if (said.whole) {
     follower->second = true;
-  } else if (ask.kind == ask_t::KIND_BATCH_AGAIN && waiting_) {
+  } else if (waiting_) {
     again_ = true;
-    asking_.insert(ask.sender);
+    asking_.insert(said.follower);
   }
 }
 
-void ReplayDelivery::Mark(int8_t kind) {
-  ask_t mark = MakeMark(kind, "LOG", number_);
-  if (kind == ask_t::KIND_BATCH_END) {
-    mark.last_sequence = sum_.count();
-    mark.run_hash = sum_.hash();
-    mark.verdict = ending_ ? "end" : "";
+void ReplayDelivery::Mark(bool ended) {
+  morphbus::replay_batch_t mark{};
+  mark.header.sequence = marks_++;
+  mark.batch = number_;
+  mark.ended = ended;
+  if (ended) {
+    mark.message_count = sum_.count();
+    mark.chained_hash = sum_.hash();
+    mark.last = ending_;
   }
-  SendAsk(bus_, bridge::Channel(run_, kFollowProcess, Topic::kAsk), mark);
+  SendOutside(bus_, bridge::Channel(run_, "", Topic::kBatch), std::move(mark));
 }
 
 void ReplayDelivery::Publish(const std::string& channel, std::span<const uint8_t> data) {
@@ -107,7 +98,7 @@ void ReplayDelivery::Publish(const std::string& channel, std::span<const uint8_t
     sum_ = BatchSum();
     for (auto& [name, acknowledged] : followers_) acknowledged = false;
     open_ = true;
-    Mark(ask_t::KIND_BATCH);
+    Mark(false);
   }
   // It goes out now, and is kept until all have it.
   if (followed) {
@@ -126,7 +117,7 @@ void ReplayDelivery::Close(int64_t now_us) {
   if (!open_) return;
   open_ = false;
   waiting_ = true;
-  Mark(ask_t::KIND_BATCH_END);
+  Mark(true);
   closed_us_ = sent_us_ = now_us;
   pause_us_ = kFirstPauseUs;
 }
@@ -139,16 +130,16 @@ void ReplayDelivery::End(int64_t now_us) {
   sum_ = BatchSum();
   for (auto& [name, acknowledged] : followers_) acknowledged = false;
   ending_ = open_ = true;
-  Mark(ask_t::KIND_BATCH);
+  Mark(false);
   Close(now_us);
 }
 
 void ReplayDelivery::SendAgain(int64_t now_us) {
   again_ = false;
   sent_us_ = now_us;
-  Mark(ask_t::KIND_BATCH);
+  Mark(false);
   for (const auto& [channel, data] : batch_) bus_->Publish(channel, data.data(), data.size());
-  Mark(ask_t::KIND_BATCH_END);
+  Mark(true);
 }
 
 bool ReplayDelivery::Waiting(int64_t now_us) {
@@ -167,7 +158,7 @@ bool ReplayDelivery::Waiting(int64_t now_us) {
   } else if (now_us - sent_us_ >= pause_us_) {
     pause_us_ = std::min(2 * pause_us_, kLongestPauseUs);
     sent_us_ = now_us;
-    Mark(ask_t::KIND_BATCH_END);
+    Mark(true);
   }
   // Who is silent for long is given up, and nobody waits for it any more; who asks again lives.
   if (now_us - closed_us_ > kFollowPatienceUs) {
@@ -183,7 +174,7 @@ void ReplayDelivery::Beat(int64_t now_us) {
   if (followers_.empty() || waiting_ || open_ || number_ < 0 || now_us - sent_us_ < kBeatUs) return;
   // The end of the last batch once more. Whoever has it acknowledges it again; nobody waits for it.
   sent_us_ = now_us;
-  Mark(ask_t::KIND_BATCH_END);
+  Mark(true);
 }
 
 // ---- The follower's side ----
@@ -198,9 +189,9 @@ ReplayFollower::ReplayFollower(bridge::Bus* bus, std::string run, std::string na
 
 ReplayFollower::~ReplayFollower() { bus_->Unsubscribe(run_ + "/"); }
 
-void ReplayFollower::Answer(int8_t kind, int64_t number) {
-  SendAsk(bus_, bridge::Channel(run_, bridge::kLogProcess, Topic::kAsk),
-          MakeMark(kind, name_, number));
+void ReplayFollower::Answer(int64_t batch, bool whole) {
+  SendOutside(bus_, bridge::Channel(run_, "", Topic::kFollow),
+              morphbus::replay_follow_t{{}, name_, batch, whole});
 }
 
 void ReplayFollower::Advance(int64_t now_us) {
@@ -211,7 +202,7 @@ void ReplayFollower::Advance(int64_t now_us) {
     abandoned_ = !finished_ && now_us - last_heard_us_ > kFollowPatienceUs;
   } else if (last_asked_us_ == 0 || now_us - last_asked_us_ >= kJoinUs) {
     last_asked_us_ = now_us;
-    Answer(ask_t::KIND_FOLLOW, 0);
+    Answer(-1, false);
   }
 }
 
@@ -223,38 +214,36 @@ void ReplayFollower::OnMessage(std::string_view channel, std::span<const uint8_t
     return;
   }
   const auto name = bridge::ParseChannel(channel);
-  if (!name || name->topic != Topic::kAsk || name->process != kFollowProcess) return;
-  ask_t mark;
+  if (!name || name->topic != Topic::kBatch) return;
+  morphbus::replay_batch_t mark;
   if (bridge::Decode(data.data(), data.size(), {}, &mark)) OnMark(mark);
 }
 
-void ReplayFollower::OnMark(const ask_t& mark) {
+void ReplayFollower::OnMark(const morphbus::replay_batch_t& mark) {
   heard_ = true;
-  const int64_t number = mark.first_sequence;
-  if (mark.kind == ask_t::KIND_BATCH) {
+  if (!mark.ended) {
     // A batch that was delivered already is somebody else's repetition.
-    gathering_ = number > done_ ? number : -1;
+    gathering_ = mark.batch > done_ ? mark.batch : -1;
     batch_.clear();
     sum_ = BatchSum();
     return;
   }
-  if (mark.kind != ask_t::KIND_BATCH_END) return;
-  if (number <= done_) return Answer(ask_t::KIND_BATCH_ACK, number);
+  if (mark.batch <= done_) return Answer(mark.batch, true);
   // Count and hash tell whether the batch is all there.
-  const bool whole =
-      gathering_ == number && sum_.count() == mark.last_sequence && sum_.hash() == mark.run_hash;
+  const bool whole = gathering_ == mark.batch && sum_.count() == mark.message_count &&
+                     sum_.hash() == mark.chained_hash;
   gathering_ = -1;
   if (!whole) {
     ++asked_again_;
-    return Answer(ask_t::KIND_BATCH_AGAIN, number);
+    return Answer(mark.batch, false);
   }
   // Only a whole batch is handed on, in order and once.
-  done_ = number;
+  done_ = mark.batch;
   for (const auto& [channel, data] : batch_) sink_(channel, data);
   delivered_ += static_cast<int64_t>(batch_.size());
   batch_.clear();
-  finished_ = finished_ || mark.verdict == "end";
-  Answer(ask_t::KIND_BATCH_ACK, number);
+  finished_ = finished_ || mark.last;
+  Answer(mark.batch, true);
 }
 
 }  // namespace morphbus::logger

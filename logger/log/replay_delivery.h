@@ -2,17 +2,17 @@
 // A replay that followers of ours acknowledge, so that each of them gets every message exactly once
 // and in order, at any speed. A bus may lose messages and tells nobody.
 //
-// Messages go out in batches, each between two marks on RUN/FOLLOW/ASK: KIND_BATCH names its
-// number (first_sequence), KIND_BATCH_END its number, how many messages it has (last_sequence) and
-// their hash. Followers answer on RUN/LOG/ASK: KIND_FOLLOW once, until a batch comes, and for each
-// batch KIND_BATCH_ACK, or KIND_BATCH_AGAIN if count or hash do not fit: then it goes out again as
-// a whole. The next batch begins once all have acknowledged. Whoever does not follow hears the same
-// messages, those of a repeated batch twice.
+// Messages go out in batches, each between two marks on RUN/LOG/BATCH: one names its number, the
+// other one also how many messages it has, and their hash. Followers say on RUN/FOLLOW that they
+// follow, until a batch comes, and then of each batch whether it came whole: if count or hash do
+// not fit it goes out again. The next batch begins once all have it. Who does not follow hears the
+// same messages, those of a repeated batch twice.
 
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <morphbus/ask_t.hpp>
+#include <morphbus/replay_batch_t.hpp>
+#include <morphbus/replay_follow_t.hpp>
 #include <set>
 #include <span>
 #include <string>
@@ -21,16 +21,19 @@
 #include <vector>
 
 #include "bridge/bus/bus.h"
+#include "bridge/wire/channels.h"
 #include "bridge/wire/stream_hash.h"
 
 namespace morphbus::logger {
 
-/// The addressee of the marks, in place of a module's name.
-inline constexpr std::string_view kFollowProcess = "FOLLOW";
 /// A follower that says nothing for so long is given up, and so is a replay (µs).
 inline constexpr int64_t kFollowPatienceUs = 5'000'000;
 /// Longer messages travel in fragments, which no bus of ours takes; they are left out of batches.
 inline constexpr size_t kMaxFollowedBytes = 60'000;
+
+/// Whether a replay publishes what a log has of a topic: all but what would disturb a live run, or
+/// tell listeners that it has ended.
+bool IsReplayed(bridge::Topic topic);
 
 /// Whether a message of a replay of `run` is one of a batch: the run's own, of a kind that a replay
 /// publishes, and short enough.
@@ -41,8 +44,7 @@ class BatchSum {
  public:
   void Add(std::string_view channel, std::span<const uint8_t> data);
   [[nodiscard]] int64_t count() const { return count_; }
-  /// 16 hexadecimal digits.
-  [[nodiscard]] std::string hash() const;
+  [[nodiscard]] int64_t hash() const { return static_cast<int64_t>(hash_.Digest()); }
 
  private:
   bridge::StreamHash hash_;
@@ -55,8 +57,8 @@ class ReplayDelivery {
   /// Of the messages of `run`, published on `bus`, which outlives it.
   ReplayDelivery(bridge::Bus* bus, std::string run) : bus_(bus), run_(std::move(run)) {}
 
-  /// Takes what a follower said; other kinds of ASK are ignored.
-  void Take(const morphbus::ask_t& ask);
+  /// Takes what a follower said.
+  void Take(const morphbus::replay_follow_t& said);
   /// Whether a batch waits for acknowledgements, so that nothing may be published. Sends again what
   /// followers lack, and gives up those that are silent. Call it often while it is true.
   bool Waiting(int64_t now_us);
@@ -77,8 +79,8 @@ class ReplayDelivery {
   [[nodiscard]] int lost() const { return lost_; }
 
  private:
-  /// Sends a mark of the present batch.
-  void Mark(int8_t kind);
+  /// Sends a mark of the present batch: the one at its beginning, or at its end.
+  void Mark(bool ended);
   /// Sends the present batch once more.
   void SendAgain(int64_t now_us);
 
@@ -88,6 +90,7 @@ class ReplayDelivery {
   std::map<std::string, bool> followers_;
   /// Number of the present or the last batch; -1 before the first.
   int64_t number_ = -1;
+  int64_t marks_ = 0;  ///< Sent so far.
   /// The messages of the present batch, until it is acknowledged.
   std::vector<std::pair<std::string, std::vector<uint8_t>>> batch_;
   size_t batch_bytes_ = 0;
@@ -131,8 +134,9 @@ class ReplayFollower {
 
  private:
   void OnMessage(std::string_view channel, std::span<const uint8_t> data);
-  void OnMark(const morphbus::ask_t& mark);
-  void Answer(int8_t kind, int64_t number);
+  void OnMark(const morphbus::replay_batch_t& mark);
+  /// Says which batch it answers, and whether it came whole; -1: none has come.
+  void Answer(int64_t batch, bool whole);
 
   bridge::Bus* bus_;
   std::string run_, name_;

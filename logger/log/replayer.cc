@@ -6,8 +6,8 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <morphbus/ask_t.hpp>
 #include <morphbus/hello_t.hpp>
+#include <morphbus/resend_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <thread>
 
@@ -39,12 +39,6 @@ constexpr int64_t kEarliestSimTime = std::numeric_limits<int64_t>::min();
 
 /// Seconds to whole microseconds.
 int64_t Micros(double seconds) { return static_cast<int64_t>(std::llround(seconds * 1e6)); }
-
-/// True for what would disturb a live run, or tell listeners that it has ended.
-bool Withheld(Topic topic) {
-  return topic == Topic::kControl || topic == Topic::kHello || topic == Topic::kAsk ||
-         topic == Topic::kEnd;
-}
 
 }  // namespace
 
@@ -159,7 +153,8 @@ void Replayer::Start(bridge::Bus* bus, int64_t now_us) {
   };
   // Every run of the log is listened to: any of them may be alive on this bus.
   for (const std::string& run : runs_) {
-    listen(bridge::Channel(run, bridge::kLogProcess, Topic::kAsk), &Replayer::OnAsk);
+    listen(bridge::Channel(run, bridge::kLogProcess, Topic::kResend), &Replayer::OnResend);
+    listen(bridge::Channel(run, "", Topic::kFollow), &Replayer::OnFollow);
     listen(bridge::Channel(run, "", Topic::kHello), &Replayer::OnHello);
     listen(bridge::Channel(run, "", Topic::kClock), &Replayer::OnClock);
   }
@@ -171,12 +166,18 @@ void Replayer::OnClock(const uint8_t*, size_t) {
   error_ = "a live run of that name is on this bus, and a replay would disturb it";
 }
 
-void Replayer::OnAsk(const uint8_t* data, size_t size) {
-  morphbus::ask_t ask;
+void Replayer::OnResend(const uint8_t* data, size_t size) {
+  morphbus::resend_t ask;
   if (!bridge::Decode(data, size, {}, &ask)) return;
-  const bool follows = ask.kind == morphbus::ask_t::KIND_FOLLOW;
-  if (follows || ask.kind == morphbus::ask_t::KIND_INFO) AddListener(ask.sender);
-  delivery_->Take(ask);
+  const auto wanted = bridge::ParseChannel(ask.channel);
+  if (wanted && wanted->topic == Topic::kInfo) AddListener(ask.sender);
+}
+
+void Replayer::OnFollow(const uint8_t* data, size_t size) {
+  morphbus::replay_follow_t said;
+  if (!bridge::Decode(data, size, {}, &said)) return;
+  if (said.batch < 0) AddListener(said.follower);
+  delivery_->Take(said);
 }
 
 void Replayer::OnHello(const uint8_t* data, size_t size) {
@@ -221,7 +222,7 @@ void Replayer::TakeSimTime(const LogEvent& event) {
 bool Replayer::Wanted(const LogEvent& event) {
   // What would disturb a live run stays in the file, whatever the user asked for.
   const auto name = bridge::ParseChannel(event.channel);
-  if (name && Withheld(name->topic)) {
+  if (name && !IsReplayed(name->topic)) {
     ++progress_.withheld;
     return false;
   }

@@ -165,8 +165,9 @@ class Replayer {
   void Anchor(int64_t now_us);
   /// Advance() in the state kPlaying.
   std::optional<int64_t> Play(int64_t now_us);
-  /// Counts who asks for the description, and who says HELLO, as listeners.
-  void OnAsk(const uint8_t* data, size_t size);
+  /// Counts who asks for the description, who follows, and who says HELLO, as listeners.
+  void OnResend(const uint8_t* data, size_t size);
+  void OnFollow(const uint8_t* data, size_t size);
   void OnHello(const uint8_t* data, size_t size);
   /// A CLOCK that comes before we publish any is a live run's: the replay stops.
   void OnClock(const uint8_t* data, size_t size);

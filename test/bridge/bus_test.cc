@@ -30,20 +30,23 @@ TEST(Channels, NamesAndBack) {
     EXPECT_TRUE(IsHashed(topic));
   }
   EXPECT_EQ(Channel("walk", "m1", Topic::kTransform), "walk/m1/TRANSFORM");
-  EXPECT_EQ(Channel("walk", "LOG", Topic::kAsk), "walk/LOG/ASK");
+  EXPECT_EQ(Channel("walk", "m1", Topic::kResend), "walk/m1/RESEND");
+  EXPECT_EQ(Channel("walk", "", Topic::kLeave), "walk/SIM/LEAVE");
+  EXPECT_EQ(Channel("walk", "", Topic::kProgress), "walk/LOG/PROGRESS");
   EXPECT_EQ(Channel("walk", "m1", Topic::kHello), "walk/HELLO");
   const auto name = ParseChannel("walk/m1/STATUS");
   ASSERT_TRUE(name);
   EXPECT_EQ(name->run, "walk");
   EXPECT_EQ(name->process, "m1");
-  EXPECT_FALSE(IsHashed(Topic::kAsk) || IsHashed(Topic::kHello) || IsHashed(Topic::kHealth) ||
+  EXPECT_FALSE(IsHashed(Topic::kResend) || IsHashed(Topic::kHello) || IsHashed(Topic::kHealth) ||
                IsHashed(Topic::kInfo));
 }
 
 TEST(Channels, StrangersAreNone) {
-  for (const char* name : {"", "walk", "/m1/STATUS", "walk//STATUS", "walk/m1/NEWS",
-                           "walk/m1/CLOCK", "walk/SIM/STATUS", "walk/m1/HELLO", "walk/STATUS",
-                           "walk/a/b/STATUS", "wa lk/m1/STATUS", "LCM_SELF_TEST"}) {
+  for (const char* name :
+       {"", "walk", "/m1/STATUS", "walk//STATUS", "walk/m1/NEWS", "walk/m1/CLOCK",
+        "walk/SIM/STATUS", "walk/m1/HELLO", "walk/STATUS", "walk/a/b/STATUS", "walk/m1/PROGRESS",
+        "walk/LOG/LEAVE", "wa lk/m1/STATUS", "LCM_SELF_TEST"}) {
     EXPECT_FALSE(ParseChannel(name)) << name;
   }
 }

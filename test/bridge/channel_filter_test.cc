@@ -81,7 +81,7 @@ std::vector<uint8_t> Packet(const std::string& magic, const std::string& channel
 }
 
 TEST(ChannelFilter, PassesExactlyTheChannels) {
-  const std::vector<std::string> wanted = {"run/SIM/CLOCK", "run/SIM/SENSORS", "run/m1/ASK",
+  const std::vector<std::string> wanted = {"run/SIM/CLOCK", "run/SIM/SENSORS", "run/m1/RESEND",
                                            "run/m12/TRANSFORM", "x"};
   std::vector<ChannelInterest> interests;
   for (const std::string& channel : wanted) interests.push_back({channel, {}});
@@ -90,20 +90,20 @@ TEST(ChannelFilter, PassesExactlyTheChannels) {
     for (const std::string& channel : wanted) {
       EXPECT_TRUE(Passes(program, Packet("LC02", channel, payload))) << channel << " " << payload;
     }
-    for (const char* other : {"run/SIM/CLOC", "run/SIM/CLOCKS", "run/m1/TRANSFORM", "run/m2/ASK",
+    for (const char* other : {"run/SIM/CLOC", "run/SIM/CLOCKS", "run/m1/TRANSFORM", "run/m2/RESEND",
                               "", "y", "run/m12/TRANSFORMX", "walk/SIM/CLOCK"}) {
       EXPECT_FALSE(Passes(program, Packet("LC02", other, payload))) << other;
     }
   }
-  EXPECT_FALSE(Passes(program, Packet("LC03", "run/m1/ASK", 0))) << "fragments";
+  EXPECT_FALSE(Passes(program, Packet("LC03", "run/m1/RESEND", 0))) << "fragments";
   EXPECT_FALSE(Passes(program, Packet("HTTP", "x", 0)));
   EXPECT_FALSE(Passes(program, {1, 2, 3}));
 }
 
 TEST(ChannelFilter, PassesWhatBeginsAndEndsLikeThePattern) {
-  const auto program = BuildChannelFilter({{"run/m1/ASK", {}}}, {"run/", "/TRANSFORM"});
+  const auto program = BuildChannelFilter({{"run/m1/RESEND", {}}}, {"run/", "/TRANSFORM"});
   for (const size_t payload : {size_t{0}, size_t{300}}) {
-    for (const char* channel : {"run/m1/ASK", "run/m1/TRANSFORM", "run/a/TRANSFORM",
+    for (const char* channel : {"run/m1/RESEND", "run/m1/TRANSFORM", "run/a/TRANSFORM",
                                 "run/front_left_upper_half_of_9/TRANSFORM"}) {
       EXPECT_TRUE(Passes(program, Packet("LC02", channel, payload))) << channel;
     }
@@ -139,7 +139,7 @@ TEST(ChannelFilter, PassesOnlyMessagesWhoseNumberIsOfInterest) {
 // The channels of a process of many modules m0, m1, …, and of the simulator.
 std::vector<ChannelInterest> ManyChannels(const std::string& run, int modules,
                                           const std::vector<std::string>& topics) {
-  std::vector<ChannelInterest> channels = {{run + "/HELLO", {}}, {run + "/SIM/ASK", {}}};
+  std::vector<ChannelInterest> channels = {{run + "/HELLO", {}}, {run + "/SIM/RESEND", {}}};
   const Interest not_running{true, 1, 1, 7, true};
   channels.push_back({run + "/SIM/CLOCK", not_running});
   for (int i = 0; i < modules; ++i) {
@@ -164,7 +164,7 @@ TEST(ChannelFilter, ManyNamesTakeNoLargerProgram) {
   for (const std::string& run : {std::string("r"), std::string(40, 'r')}) {
     size_t before = 0;
     for (const int modules : {30, 200, 1000, 5000}) {
-      const auto program = BuildChannelFilter(ManyChannels(run, modules, {"ASK", "TRANSFORM"}));
+      const auto program = BuildChannelFilter(ManyChannels(run, modules, {"RESEND", "TRANSFORM"}));
       EXPECT_GT(program.size(), 0u);
       EXPECT_LT(bytes(program), kPacketBytes) << modules;
       if (modules > 1000) {
@@ -181,7 +181,7 @@ TEST(ChannelFilter, OfManyNamesAllPassAndHardlyAnyOther) {
   std::vector<ChannelInterest> channels = ManyChannels("run", 0, {});
   const auto name = [](int module) { return "run/m" + std::to_string(module); };
   for (int i = 0; i < 10 * kModules; i += 10) {
-    channels.push_back({name(i) + "/ASK", {}});
+    channels.push_back({name(i) + "/RESEND", {}});
     channels.push_back({name(i) + "/TRANSFORM", {}});
   }
   const auto program = BuildChannelFilter(channels);
@@ -191,21 +191,21 @@ TEST(ChannelFilter, OfManyNamesAllPassAndHardlyAnyOther) {
   int others = 0;
   for (int i = 0; i < 10 * kModules; ++i) {
     if (i % 10 == 0) {
-      EXPECT_TRUE(passes(name(i) + "/ASK", 0)) << i;
+      EXPECT_TRUE(passes(name(i) + "/RESEND", 0)) << i;
       EXPECT_TRUE(passes(name(i) + "/TRANSFORM")) << i;
     } else {
-      others += passes(name(i) + "/ASK") ? 1 : 0;
+      others += passes(name(i) + "/RESEND") ? 1 : 0;
     }
     // Topics are told apart exactly, and so are runs.
     EXPECT_FALSE(passes(name(i) + "/ACTUATOR")) << i;
     EXPECT_FALSE(passes(name(i) + "/STATUS")) << i;
-    EXPECT_FALSE(passes("rum/m" + std::to_string(i) + "/ASK")) << i;
+    EXPECT_FALSE(passes("rum/m" + std::to_string(i) + "/RESEND")) << i;
   }
   // A hundred bits of a thousand and twenty-four are set, a little unevenly.
   EXPECT_LT(others, 3 * 9 * kModules * kModules / 1024);
   // The rest is exact.
   EXPECT_TRUE(passes("run/HELLO", 0));
-  EXPECT_TRUE(passes("run/SIM/ASK", 0));
+  EXPECT_TRUE(passes("run/SIM/RESEND", 0));
   EXPECT_TRUE(passes("run/SIM/CLOCK")) << "its number is another one";
   EXPECT_FALSE(passes("run/SIM/SENSORS"));
   EXPECT_FALSE(passes("run/m1"));
@@ -214,22 +214,22 @@ TEST(ChannelFilter, OfManyNamesAllPassAndHardlyAnyOther) {
 }
 
 TEST(ChannelFilter, NamesThatAreTooLongToBeHashedPass) {
-  std::vector<ChannelInterest> channels = ManyChannels("run", 50, {"ASK"});
-  const std::string longest = "run/" + std::string(54, 'n') + "/ASK";
+  std::vector<ChannelInterest> channels = ManyChannels("run", 50, {"RESEND"});
+  const std::string longest = "run/" + std::string(54, 'n') + "/RESEND";
   channels.push_back({longest, {}});
   const auto program = BuildChannelFilter(channels);
   for (const std::string& channel :
-       {longest, std::string("run/m7/ASK"), std::string("run/HELLO")}) {
+       {longest, std::string("run/m7/RESEND"), std::string("run/HELLO")}) {
     EXPECT_TRUE(Passes(program, Packet("LC02", channel, 60))) << channel;
   }
   EXPECT_FALSE(Passes(program, Packet("LC02", "run/m7/STATUS", 60)));
-  EXPECT_FALSE(Passes(program, Packet("LC02", "other/m7/ASK", 60)));
+  EXPECT_FALSE(Passes(program, Packet("LC02", "other/m7/RESEND", 60)));
 }
 
 TEST(ChannelFilter, ThePatternPassesBesideManyNames) {
   const auto program =
-      BuildChannelFilter(ManyChannels("run", 100, {"ASK", "TRANSFORM"}), {"run/", "/TRANSFORM"});
-  for (const char* channel : {"run/m1/ASK", "run/m1/TRANSFORM", "run/other/TRANSFORM"}) {
+      BuildChannelFilter(ManyChannels("run", 100, {"RESEND", "TRANSFORM"}), {"run/", "/TRANSFORM"});
+  for (const char* channel : {"run/m1/RESEND", "run/m1/TRANSFORM", "run/other/TRANSFORM"}) {
     EXPECT_TRUE(Passes(program, Packet("LC02", channel, 60))) << channel;
   }
   for (const char* channel : {"run/m1/STATUS", "walk/m1/TRANSFORM"}) {

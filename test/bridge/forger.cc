@@ -3,14 +3,19 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
-#include <morphbus/ask_t.hpp>
+#include <morphbus/admit_t.hpp>
 #include <morphbus/health_t.hpp>
 #include <morphbus/hello_t.hpp>
 #include <morphbus/info_part_t.hpp>
+#include <morphbus/leave_t.hpp>
+#include <morphbus/progress_t.hpp>
+#include <morphbus/resend_t.hpp>
 #include <morphbus/sensors_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <morphbus/status_t.hpp>
+#include <morphbus/totals_t.hpp>
 #include <morphbus/transform_t.hpp>
+#include <morphbus/verdict_t.hpp>
 #include <morphbus/world_t.hpp>
 
 #include "bridge/wire/channels.h"
@@ -107,33 +112,34 @@ void Change(std::mt19937_64* random, morphbus::health_t* m) {
   }
 }
 void Change(std::mt19937_64*, morphbus::info_part_t* m) { m->part = m->num_parts - 1; }
-void Change(std::mt19937_64* random, morphbus::ask_t* m) {
-  switch ((*random)() % 8) {
+void Change(std::mt19937_64* random, morphbus::resend_t* m) {
+  if ((*random)() % 2 == 0) m->sender = m->sender == "m1" ? "m2" : "m1";
+  m->last_sequence = int64_t{1} << 62;
+}
+void Change(std::mt19937_64* random, morphbus::progress_t* m) {
+  m->complete_tick += static_cast<int64_t>((*random)() % 20);
+  m->verdict_heard = (*random)() % 2 == 0;
+}
+void Change(std::mt19937_64* random, morphbus::totals_t* m) {
+  switch ((*random)() % 4) {
     case 0:
-      m->kind = static_cast<int8_t>((*random)() % (morphbus::ask_t::KIND_BATCH_AGAIN + 1));
+      m->last_tick += static_cast<int64_t>((*random)() % 20);
       return;
     case 1:
-      m->acknowledged_tick += static_cast<int64_t>((*random)() % 20);
-      return;
-    case 2:
-      m->verdict = m->verdict.empty() ? "forged" : "";
-      return;
-    case 3:
-      m->run_hash = std::string(32, 'f');
-      return;
-    case 4:
       m->num_parts = static_cast<int16_t>(m->num_parts + 1);
       return;
-    case 5:
-      m->last_sequence = int64_t{1} << 62;
-      return;
-    case 6:
-      m->sender = m->sender == "m1" ? "m2" : "m1";
+    case 2:
+      m->process = m->process == "m1" ? "m2" : "m1";
       return;
     default:
       if (!m->totals.empty()) m->totals[(*random)() % m->totals.size()].chained_hash ^= 5;
   }
 }
+void Change(std::mt19937_64*, morphbus::verdict_t* m) {
+  m->error = m->error.empty() ? "forged" : "";
+}
+void Change(std::mt19937_64*, morphbus::leave_t* m) { m->process = m->process == "m1" ? "" : "m1"; }
+void Change(std::mt19937_64*, morphbus::admit_t* m) { ++m->last_tick; }
 
 /// Alters a message of any type: `alter` is called with it, decoded.
 template <class Alter>
@@ -158,8 +164,18 @@ Spoken AlteredBy(const Spoken& original, const Alter& alter) {
       return as(static_cast<morphbus::health_t*>(nullptr));
     case Topic::kInfo:
       return as(static_cast<morphbus::info_part_t*>(nullptr));
+    case Topic::kProgress:
+      return as(static_cast<morphbus::progress_t*>(nullptr));
+    case Topic::kTotals:
+      return as(static_cast<morphbus::totals_t*>(nullptr));
+    case Topic::kVerdict:
+      return as(static_cast<morphbus::verdict_t*>(nullptr));
+    case Topic::kLeave:
+      return as(static_cast<morphbus::leave_t*>(nullptr));
+    case Topic::kAdmit:
+      return as(static_cast<morphbus::admit_t*>(nullptr));
     default:
-      return as(static_cast<morphbus::ask_t*>(nullptr));
+      return as(static_cast<morphbus::resend_t*>(nullptr));
   }
 }
 
@@ -216,42 +232,41 @@ std::vector<Spoken> Overhear(const FakeRunOptions& options,
   return all;
 }
 
-Spoken MadeUpAsk(int8_t kind, const Spoken& command, std::mt19937_64* random) {
-  using morphbus::ask_t;
+Spoken MadeUp(Topic topic, const Spoken& command, std::mt19937_64* random) {
   // A module's command tells where the run is.
   morphbus::actuator_t pattern;
   const bool sound = Decode(command.bytes.data(), command.bytes.size(), {}, &pattern).has_value();
   if (!sound) return command;
-  ask_t ask;
-  ask.header = pattern.header;
-  ask.header.program_hash = 0;
-  ask.header.tick =
-      std::max<int64_t>(0, ask.header.tick + static_cast<int64_t>((*random)() % 3) - 1);
-  ask.header.sequence = static_cast<int64_t>((*random)() % 1000);
-  ask.kind = kind;
-  ask.channel = command.channel;
-  ask.first_sequence = pattern.header.tick + static_cast<int64_t>((*random)() % 3);
-  ask.last_sequence = (*random)() % 4 == 0 ? int64_t{1} << 62 : ask.first_sequence;
-  ask.acknowledged_tick = pattern.header.tick + static_cast<int64_t>((*random)() % 20) - 1;
-  ask.claim = 0;
-  ask.part = 0;
-  ask.num_parts = kind == ask_t::KIND_END_ACK ? 1 : 0;
-  ask.num_totals = 0;
-  const std::string module = std::string(ParseChannel(command.channel)->process);
-  // Each kind goes to whoever might believe it, in the name of who might say it.
-  const bool to_log =
-      kind == ask_t::KIND_POLL || kind == ask_t::KIND_INFO || kind == ask_t::KIND_VERDICT;
-  const bool to_sim =
-      kind == ask_t::KIND_ACK || kind == ask_t::KIND_END_ACK || kind == ask_t::KIND_VERDICT_ACK;
-  ask.sender = kSimProcess;
-  if (to_sim) ask.sender = kind == ask_t::KIND_END_ACK ? module : std::string(kLogProcess);
-  const std::string run(ParseChannel(command.channel)->run);
-  const std::string to = to_log   ? std::string(kLogProcess)
-                         : to_sim ? std::string(kSimProcess)
-                                  : module;
-  Spoken made{Channel(run, to, Topic::kAsk), {}};
-  Encode(ask, &made.bytes);
-  return made;
+  const ChannelName name = *ParseChannel(command.channel);
+  const std::string module(name.process);
+  const int64_t tick = pattern.header.tick;
+  const auto made = [&](auto message) {
+    message.header = pattern.header;
+    message.header.program_hash = 0;
+    message.header.tick = std::max<int64_t>(0, tick + static_cast<int64_t>((*random)() % 3) - 1);
+    message.header.sequence = static_cast<int64_t>((*random)() % 1000);
+    Spoken spoken{Channel(name.run, module, topic), {}};
+    Encode(message, &spoken.bytes);
+    return spoken;
+  };
+  const int64_t said = tick + static_cast<int64_t>((*random)() % 20) - 1;
+  switch (topic) {
+    case Topic::kProgress:
+      return made(morphbus::progress_t{{}, said, (*random)() % 2 == 0});
+    case Topic::kTotals:
+      return made(morphbus::totals_t{{}, module, said, 0, 1, 0, {}});
+    case Topic::kVerdict:
+      return made(morphbus::verdict_t());
+    case Topic::kLeave:
+      return made(morphbus::leave_t{{}, (*random)() % 2 == 0 ? module : ""});
+    case Topic::kAdmit:
+      return made(morphbus::admit_t{{}, module, 0, said, 0, 0});
+    default: {
+      const int64_t first = tick + static_cast<int64_t>((*random)() % 3);
+      const int64_t last = (*random)() % 4 == 0 ? int64_t{1} << 62 : first;
+      return made(morphbus::resend_t{{}, "SIM", command.channel, first, last});
+    }
+  }
 }
 
 Spoken Displaced(const Spoken& original, int64_t ticks) {

@@ -81,9 +81,9 @@ Spoken Altered(const Spoken& original, const std::function<void(M*)>& change) {
   return altered;
 }
 
-/// A request of this kind (ask_t) as somebody makes it up who hears a module's ACTUATOR, to whoever
-/// might believe it.
-Spoken MadeUpAsk(int8_t kind, const Spoken& command, std::mt19937_64* random);
+/// What is said on a topic for the lockstep only, as somebody makes it up who hears a module's
+/// ACTUATOR.
+Spoken MadeUp(Topic topic, const Spoken& command, std::mt19937_64* random);
 
 /// The message so many ticks later, as its header says; its content is what it was.
 Spoken Displaced(const Spoken& original, int64_t ticks);

@@ -79,7 +79,14 @@ TEST(Layout, NamesEveryFieldOfEveryMessageInItsOrder) {
   FieldNames::Check<morphbus::transform_t>();
   FieldNames::Check<morphbus::actuator_t>();
   FieldNames::Check<morphbus::status_t>();
-  FieldNames::Check<morphbus::ask_t>();
+  FieldNames::Check<morphbus::resend_t>();
+  FieldNames::Check<morphbus::progress_t>();
+  FieldNames::Check<morphbus::totals_t>();
+  FieldNames::Check<morphbus::verdict_t>();
+  FieldNames::Check<morphbus::leave_t>();
+  FieldNames::Check<morphbus::admit_t>();
+  FieldNames::Check<morphbus::replay_batch_t>();
+  FieldNames::Check<morphbus::replay_follow_t>();
   FieldNames::Check<morphbus::hello_t>();
   FieldNames::Check<morphbus::health_t>();
   FieldNames::Check<morphbus::info_part_t>();

@@ -171,7 +171,7 @@ TEST(Lcm, FiltersOfManyModulesFitIntoWhatOlderKernelsGive) {
   {
     const SubscriptionBatch together(receiver.get());
     for (int i = 0; i < kModules; ++i) {
-      receiver->Subscribe(name(i, "ASK"), count);
+      receiver->Subscribe(name(i, "RESEND"), count);
       receiver->Subscribe(name(i, "TRANSFORM"), count, quiet);
     }
   }
@@ -182,7 +182,7 @@ TEST(Lcm, FiltersOfManyModulesFitIntoWhatOlderKernelsGive) {
   // Nothing else comes through, though it would fill any queue.
   for (int i = 0; i < 20000; ++i) Publish(sender.get(), name(i % kModules, "ACTUATOR"));
   for (int i = 0; i < kModules; ++i)
-    Publish(sender.get(), name(i, i % 2 == 0 ? "ASK" : "TRANSFORM"));
+    Publish(sender.get(), name(i, i % 2 == 0 ? "RESEND" : "TRANSFORM"));
   HandleUntil(receiver.get(), [&] { return heard >= kModules; });
   EXPECT_EQ(heard, kModules);
 }

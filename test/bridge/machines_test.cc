@@ -6,7 +6,8 @@
 #include <cstdint>
 #include <limits>
 #include <morphbus/actuator_t.hpp>
-#include <morphbus/ask_t.hpp>
+#include <morphbus/admit_t.hpp>
+#include <morphbus/resend_t.hpp>
 #include <morphbus/sensors_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 
@@ -16,7 +17,6 @@
 namespace morphbus::bridge {
 namespace {
 
-using morphbus::ask_t;
 using morphbus::sim_clock_t;
 
 /// A bus with somebody on it who says what a test wants, in the sim's name.
@@ -34,19 +34,6 @@ struct Stage {
     hub.HandleAll();
   }
 };
-
-/// A request with nothing in it but its kind.
-ask_t RequestOfSim(int8_t kind) {
-  ask_t ask;
-  ask.kind = kind;
-  ask.sender = "SIM";
-  ask.first_sequence = ask.last_sequence = 0;
-  ask.acknowledged_tick = -1;
-  ask.claim = 0;
-  ask.part = ask.num_parts = 0;
-  ask.num_totals = 0;
-  return ask;
-}
 
 /// A logger that has heard the CLOCK of tick 0 of a run of one module, and no more.
 struct LoggerStage : Stage {
@@ -121,7 +108,7 @@ TEST(Outbox, RequestsToHoweverManyOthersAreNoPartOfASnapshot) {
   Stage stage;
   stage.Say("m1/ACTUATOR", 0, AnswerOf(0));
   for (int i = 0; i < 50; ++i) {
-    stage.Say("m" + std::to_string(i + 2) + "/ASK", 0, RequestOfSim(ask_t::KIND_RESEND));
+    stage.Say("m" + std::to_string(i + 2) + "/RESEND", 0, morphbus::resend_t());
   }
   std::vector<uint8_t> saved;
   stage.sim.Save(&saved);
@@ -156,10 +143,7 @@ struct NewcomerStage : Stage {
 
   /// The sim says that `tick` comes next, to the process of this claim.
   void Admit(int64_t tick, int64_t claim) {
-    ask_t ask = RequestOfSim(ask_t::KIND_ADMIT);
-    ask.acknowledged_tick = tick - 1;
-    ask.claim = claim;
-    Say("m1/ASK", tick, ask);
+    Say("SIM/ADMIT", tick, morphbus::admit_t{{}, "m1", claim, tick - 1, 0, 0});
   }
 
   FakeController controller{0};

@@ -131,7 +131,7 @@ class ModuleProcess : public testing::Test {
     BusMux mux(&sealed);
     const auto sim_bus = mux.Connect(), log_bus = mux.Connect(), test_bus = mux.Connect();
     if (on_asked) {
-      test_bus->Subscribe(Channel("test", "m2", Topic::kAsk),
+      test_bus->Subscribe(Channel("test", "m2", Topic::kResend),
                           [&](std::string_view, const uint8_t*, size_t) { on_asked(); });
     }
     LossyBus sim_lossy(sim_bus.get(), loss, 11), log_lossy(log_bus.get(), loss, 12);

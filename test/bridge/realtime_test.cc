@@ -113,7 +113,7 @@ TEST_F(LatenessTest, ALoggerThatHasMoreWhenItIsAskedAgainHasNotContradictedItsel
   for (int seed = 1; seed <= 20; ++seed) {
     Run(3, "seed " + std::to_string(seed) +
                "\nfault channel=*/TRANSFORM from=185 until=200 late=1 by=0.3s\n"
-               "fault channel=SIM/ASK loss=0.7\n");
+               "fault channel=TOTALS loss=0.7\n");
   }
 }
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <morphbus/ask_t.hpp>
+#include <morphbus/totals_t.hpp>
 #include <morphbus/world_t.hpp>
 #include <string>
 #include <vector>
@@ -13,8 +13,6 @@
 
 namespace morphbus::bridge {
 namespace {
-
-using morphbus::ask_t;
 
 TEST(Resend, AnswersComeSoonAndNotWithoutEndHoweverOftenTheyAreAskedFor) {
   InprocHub hub;
@@ -43,9 +41,9 @@ TEST(RunTotals, SayNothingWhereAllAgreeAndNameTheFirstChannelThatDiffers) {
                                          {"r/m1/TRANSFORM", 3, 30, true},
                                          {"r/m2/STATUS", 0, 7, true},
                                          {"r/m2/HEALTH", 9, 9, false}};
-  WireTotals recorded;
+  std::vector<ChannelTotal> recorded;
   for (const ChannelTotal& total : published) {
-    if (total.hashed && total.count > 0) recorded.push_back(ToWire(total));
+    if (total.hashed && total.count > 0) recorded.push_back(total);
   }
   EXPECT_EQ(WhereTheLogDiffers(published, recorded), "");
   published[1].hash = 31;
@@ -57,26 +55,15 @@ TEST(RunTotals, SayNothingWhereAllAgreeAndNameTheFirstChannelThatDiffers) {
             "such differences");
 }
 
-/// An acknowledgement of END with nothing in it.
-ask_t EndAck() {
-  ask_t ask;
-  ask.sender = std::string(28, 'm');
-  ask.kind = ask_t::KIND_END_ACK;
-  ask.first_sequence = ask.last_sequence = 0;
-  ask.acknowledged_tick = 7;
-  ask.run_hash = std::string(32, 'f');
-  ask.claim = 0;
-  ask.part = ask.num_parts = 0;
-  ask.num_totals = 0;
-  return ask;
-}
+/// The longest name that a process can have.
+const std::string kProcess(28, 'm');
 
 TEST(RunTotals, OfManyChannelsComeInPartsThatFitTheirDatagrams) {
-  WireTotals totals;
+  std::vector<ChannelTotal> totals;
   for (int i = 0; i < 300; ++i) {
-    totals.push_back({std::string(40, 'c') + std::to_string(i), i, i * 7, 1});
+    totals.push_back({std::string(40, 'c') + std::to_string(i), i, static_cast<uint64_t>(i), true});
   }
-  const std::vector<ask_t> parts = SplitTotals(EndAck(), totals);
+  const std::vector<morphbus::totals_t> parts = SplitTotals(kProcess, 7, totals);
   ASSERT_GT(parts.size(), 10u);
   TotalsParts together;
   for (size_t i = parts.size(); i-- > 0;) {
@@ -87,17 +74,15 @@ TEST(RunTotals, OfManyChannelsComeInPartsThatFitTheirDatagrams) {
     EXPECT_FALSE(together.Take(parts[i])) << "once more";
   }
   EXPECT_EQ(together.totals().size(), 300u);
+  EXPECT_EQ(WhereTheLogDiffers(totals, together.totals()), "");
   // A later tick begins anew, an earlier one says nothing any more.
-  ask_t later = EndAck();
-  later.acknowledged_tick = 8;
-  later.num_parts = 1;
-  EXPECT_TRUE(together.Take(later));
+  EXPECT_TRUE(together.Take(SplitTotals(kProcess, 8, {}).front()));
   EXPECT_TRUE(together.totals().empty());
   EXPECT_FALSE(together.Take(parts[0]));
 }
 
 TEST(RunTotals, OfNoChannelAreOnePart) {
-  const std::vector<ask_t> parts = SplitTotals(EndAck(), {});
+  const std::vector<morphbus::totals_t> parts = SplitTotals(kProcess, 7, {});
   ASSERT_EQ(parts.size(), 1u);
   TotalsParts together;
   EXPECT_FALSE(together.complete());

@@ -93,7 +93,7 @@ TEST(RunEnd, ASilentModuleIsNamedWithinSecondsAndTheLogKnowsIt) {
       if (tick != 7) return;
       stopped_s = SecondsOf(run);
       for (const char* channel : {"test/SIM/SENSORS", "test/SIM/CLOCK", "test/m1/TRANSFORM",
-                                  "test/m3/TRANSFORM", "test/m2/ASK"}) {
+                                  "test/m3/TRANSFORM", "test/m2/RESEND", "test/SIM/LEAVE"}) {
         run.modules[1].seat->endpoint->Unsubscribe(channel);
       }
     });
@@ -148,8 +148,7 @@ TEST(RunEnd, ALoggerThatNeverHearsTheVerdictDoesNotCallTheRunClean) {
   std::vector<Participant*> all = run.participants();
   for (Participant* participant : all) participant->Start();
   bool ended = false;
-  run.sim_seat->endpoint->Subscribe("test/SIM/ASK",
-                                    [](std::string_view, const uint8_t*, size_t) {});
+  run.sim_seat->endpoint->Subscribe("test/TOTALS", [](std::string_view, const uint8_t*, size_t) {});
   while (!run.log->done()) {
     if (run.hub.HandleRound() > 0) continue;
     run.time.AdvanceTo(run.time.NowUs() + 100'000);

@@ -1,16 +1,23 @@
 #include "test/bridge/sample_messages.h"
 
 #include <morphbus/actuator_t.hpp>
-#include <morphbus/ask_t.hpp>
+#include <morphbus/admit_t.hpp>
 #include <morphbus/control_t.hpp>
 #include <morphbus/health_t.hpp>
 #include <morphbus/hello_t.hpp>
 #include <morphbus/info_part_t.hpp>
+#include <morphbus/leave_t.hpp>
 #include <morphbus/log_end_t.hpp>
+#include <morphbus/progress_t.hpp>
+#include <morphbus/replay_batch_t.hpp>
+#include <morphbus/replay_follow_t.hpp>
+#include <morphbus/resend_t.hpp>
 #include <morphbus/sensors_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <morphbus/status_t.hpp>
+#include <morphbus/totals_t.hpp>
 #include <morphbus/transform_t.hpp>
+#include <morphbus/verdict_t.hpp>
 #include <morphbus/world_t.hpp>
 
 #include "bridge/wire/codec.h"
@@ -191,26 +198,9 @@ morphbus::status_t Inspection() {
   return ToStatus(report, names, 3, 1, 2, &held).front();
 }
 
-morphbus::ask_t Ask() {
-  morphbus::ask_t ask;
-  ask.sender = "m3";
-  ask.kind = morphbus::ask_t::KIND_END_ACK;
-  ask.channel = "";
-  ask.first_sequence = 1;
-  ask.last_sequence = 2;
-  ask.acknowledged_tick = -1;
-  ask.run_hash = "0123456789abcdef0123456789abcdef";
-  morphbus::channel_total_t total;
-  total.channel = "walk/m3/STATUS";
-  total.count = 12;
-  total.chained_hash = -3;
-  total.hashed = 1;
-  ask.totals = {total, total};
-  ask.num_totals = 2;
-  ask.claim = 77;
-  ask.part = 1;
-  ask.num_parts = 3;
-  return ask;
+morphbus::totals_t Totals() {
+  const morphbus::channel_total_t total{"walk/m3/STATUS", 12, -3, 1};
+  return {{}, "m3", -1, 1, 3, 2, {total, total}};
 }
 
 morphbus::world_t World() {
@@ -290,12 +280,12 @@ std::vector<SampleMessage> SampleMessages() {
   end.reason = "finished";
   end.run_hash = "0123456789abcdef0123456789abcdef";
   end.num_ticks = 100;
-  end.channels = Ask().totals;
+  end.channels = Totals().totals;
   end.num_channels = 2;
   return {Sample("transform_t", Transform()),
           Sample("sensors_t", Sensors()),
           Sample("status_t", Status()),
-          Sample("ask_t", Ask()),
+          Sample("totals_t", Totals()),
           Sample("world_t", World()),
           Sample("actuator_t", Actuator()),
           Sample("sim_clock_t", clock),
@@ -304,7 +294,14 @@ std::vector<SampleMessage> SampleMessages() {
           Sample("control_t", control),
           Sample("info_part_t", SplitInfo("about this run").front()),
           Sample("log_end_t", end),
-          Sample("status_t", Inspection())};
+          Sample("status_t", Inspection()),
+          Sample("resend_t", morphbus::resend_t{{}, "SIM", "walk/m3/ACTUATOR", 5, 7}),
+          Sample("progress_t", morphbus::progress_t{{}, -1, 1}),
+          Sample("verdict_t", morphbus::verdict_t{{}, "m2 does not answer"}),
+          Sample("leave_t", morphbus::leave_t{{}, "m2"}),
+          Sample("admit_t", morphbus::admit_t{{}, "m2", 77, -1, 40, 3}),
+          Sample("replay_batch_t", morphbus::replay_batch_t{{}, 4, 1, 60, -9, 1}),
+          Sample("replay_follow_t", morphbus::replay_follow_t{{}, "F1", -1, 0})};
 }
 
 }  // namespace morphbus::bridge

@@ -8,7 +8,7 @@ import subprocess
 import unittest
 
 from hostile_bus import ACTUATOR, CLOCK, RUN, SECONDS, Attack, Attacked, ahead
-from support import LIMIT, MODEL, PROGRAM, as_json, command, decode, encode, lcm_types, morphbus, new_key, read_events
+from support import LIMIT, MODEL, PROGRAM, as_json, command, decode, encode, morphbus, new_key, read_events
 
 
 class Hostile(Attacked):
@@ -120,7 +120,7 @@ class Hostile(Attacked):
         self.attacked(on_message)
         self.assert_unharmed()
         topics = {channel.split('/')[-1] for channel in seen}
-        self.assertGreaterEqual(topics, {'CLOCK', 'SENSORS', 'TRANSFORM', 'ACTUATOR', 'STATUS', 'ASK', 'HEALTH', 'HELLO'})
+        self.assertGreaterEqual(topics, {'CLOCK', 'SENSORS', 'TRANSFORM', 'ACTUATOR', 'STATUS', 'PROGRESS', 'HEALTH', 'HELLO'})
         # What found a socket full was never seen; each message of garbage that was comes to the logger.
         self.assertGreater(self.summary['processes']['LOG']['unauthentic'], 0)
 
@@ -140,41 +140,36 @@ class AsInVirtualTime(Attacked):
         self.assertIn('not authentic (4 on m2/ACTUATOR)', morphbus('info', self.path, '--all').stdout)
 
     def test_a_flood_of_requests_multiplies_nothing(self):
-        kinds = lcm_types()['ask_t']
-
         def flood(forger, command):
-            ask = encode(self.ask(command, kind=kinds.KIND_RESEND, sender='LOG', channel=ACTUATOR,
-                                  last_sequence=1 << 62))
+            ask = encode(self.made_up('resend_t', command, sender='LOG', channel=ACTUATOR, last_sequence=1 << 62))
             for _ in range(200):
-                forger.say('live/m2/ASK', ask)
+                forger.say('live/m2/RESEND', ask)
         self.attacked(Attack(ACTUATOR, flood, times=10))
         self.assert_unharmed()
         self.assertLess(self.summary['processes']['m2']['resent'], 200)
 
-    def test_requests_of_every_kind_a_hundred_times_each_change_nothing(self):
-        kinds = lcm_types()['ask_t']
-        names = ('RESEND', 'ACK', 'INFO', 'END_ACK', 'POLL', 'BYE', 'VERDICT', 'VERDICT_ACK', 'LEAVE', 'ADMIT')
-        said = dict.fromkeys(names, 0)
+    def test_what_the_parties_tell_each_other_made_up_a_hundred_times_changes_nothing(self):
+        # On each channel what might be believed there, in the name of who might say it.
+        kinds = {'m2/RESEND': ('resend_t', {'sender': 'SIM', 'channel': ACTUATOR}),
+                 'LOG/RESEND': ('resend_t', {'sender': 'TOOL', 'channel': 'live/INFO'}),
+                 'LOG/PROGRESS': ('progress_t', {'complete_tick': 100, 'verdict_heard': True}),
+                 'TOTALS': ('totals_t', {'process': 'm2', 'num_parts': 1}),
+                 'SIM/VERDICT': ('verdict_t', {}),
+                 'SIM/LEAVE': ('leave_t', {}),
+                 'SIM/ADMIT': ('admit_t', {'module_name': 'm2'})}
+        said = dict.fromkeys(kinds, 0)
 
         def act(forger, command):
-            for name in names:
-                # To whoever might believe it, in the name of who might say it.
-                kind = getattr(kinds, f'KIND_{name}')
-                fields = {'kind': kind, 'sender': 'SIM', 'channel': ACTUATOR}
-                if name == 'END_ACK':
-                    fields |= {'num_parts': 1}
-                to = 'LOG' if name in ('INFO', 'POLL', 'VERDICT') else 'm2'
-                if name in ('ACK', 'END_ACK', 'VERDICT_ACK'):
-                    to, fields['sender'] = 'SIM', 'm2' if name == 'END_ACK' else 'LOG'
-                if said[name] < 100:
-                    said[name] += 1
-                    forger.say(f'live/{to}/ASK', encode(self.ask(command, **fields)))
+            for channel, (kind, fields) in kinds.items():
+                if said[channel] < 100:
+                    said[channel] += 1
+                    forger.say(f'live/{channel}', encode(self.made_up(kind, command, **fields)))
         self.attacked(Attack(ACTUATOR, act, tick=5, times=1000))
         self.assert_unharmed()
         self.assertEqual(set(said.values()), {100})
         for process in ('m2', 'SIM', 'LOG'):
             self.assertGreater(self.summary['processes'][process]['unauthentic'], 90, process)
-            self.assert_named(process, '/ASK: not authentic')
+            self.assert_named(process, ': not authentic')
 
 
 class Races(Attacked):

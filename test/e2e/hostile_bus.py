@@ -141,11 +141,11 @@ class Attacked(Case):
         """The first message that the process refused is named."""
         self.assertIn(what, self.summary['processes'][process]['first_refused'])
 
-    def ask(self, like, **fields):
-        ask = lcm_types()['ask_t']()
-        ask.header = copy.deepcopy(like.header)
-        ask.header.program_hash = 0
-        ask.acknowledged_tick = -1
+    def made_up(self, kind, like, **fields):
+        """A message of this type, of the tick of `like`."""
+        message = lcm_types()[kind]()
+        message.header = copy.deepcopy(like.header)
+        message.header.program_hash = 0
         for name, value in fields.items():
-            setattr(ask, name, value)
-        return ask
+            setattr(message, name, value)
+        return message

@@ -14,12 +14,11 @@ import time
 import unittest
 
 from gait import CYCLE, FIRST_STEP, MOST_TILT, STEP, HUB, up_of
-from support import MODEL, PROGRAM, Case, as_json, await_condition, command, decode, each_event
+from support import HASHED, MODEL, PROGRAM, Case, as_json, await_condition, command, decode, each_event
 
 SECONDS = int(os.environ.get('SECONDS_OF_WALK', '3600'))
-# The logger, too, misses and mistakes what it can ask for again. HEALTH and ASK nobody sends again: on its way to the
-# logger they are spared, so that it hears each of them and every process's count can be held against the log.
-HASHED = ('CLOCK', 'SENSORS', 'WORLD', 'TRANSFORM', 'ACTUATOR', 'STATUS')
+# The logger, too, misses and mistakes what it can ask for again. HEALTH, RESEND and the like nobody sends again: on their
+# way to the logger they are spared, so that it hears each of them and every process's count can be held against the log.
 BAD = 'loss=0.02 duplicate=0.02 reorder=0.02 corrupt=0.01'
 FAULTS = '\n'.join(['seed 11', f'fault process=m* {BAD}', f'fault process=SIM {BAD}',
                     *(f'fault process=LOG channel={channel} {BAD}'
@@ -86,13 +85,16 @@ class Hour(Case):
                 # The description, which stands at the head of the log and which the logger tells once when it begins.
                 told = self.other['LOG']
                 told[name] = told.get(name, 0) + 1
-            elif topic in ('ASK', 'HELLO'):
-                self.take_other(name, decode(data))
+            elif topic != 'END':
+                # RESEND goes out on the channel of who is asked, HELLO and TOTALS on that of all.
+                message = decode(data)
+                sender = {'RESEND': 'sender', 'HELLO': 'process', 'TOTALS': 'process'}.get(topic)
+                self.take_other(name, message, getattr(message, sender) if sender else process)
 
-    def take_other(self, channel, message):
-        """A HELLO, or an ASK, which goes out on the channel of who is asked. Who begins before the logger says some of it
-        to nobody; from then on every number is there."""
-        told = self.other[message.sender if channel.endswith('ASK') else message.process]
+    def take_other(self, channel, message, process):
+        """What the parties tell each other only. Who begins before the logger says some of it to nobody; from then on every
+        number is there."""
+        told = self.other[process]
         if channel in told:
             self.assertEqual(message.header.sequence, told[channel], channel)
         told[channel] = message.header.sequence + 1

@@ -50,7 +50,7 @@ class PythonTypes(Case):
         self.assertEqual(counts['sensors_t'], 100)
         self.assertEqual(counts['transform_t'], 900)
         self.assertEqual(counts['log_end_t'], 1)
-        self.assertGreater(counts['ask_t'], 0)
+        self.assertGreater(counts['totals_t'], 0)
         self.assertIn('Junction', roles)
 
 

@@ -5,15 +5,22 @@
 #include <cstdint>
 #include <cstring>
 #include <morphbus/actuator_t.hpp>
-#include <morphbus/ask_t.hpp>
+#include <morphbus/admit_t.hpp>
 #include <morphbus/health_t.hpp>
 #include <morphbus/hello_t.hpp>
 #include <morphbus/info_part_t.hpp>
+#include <morphbus/leave_t.hpp>
 #include <morphbus/log_end_t.hpp>
+#include <morphbus/progress_t.hpp>
+#include <morphbus/replay_batch_t.hpp>
+#include <morphbus/replay_follow_t.hpp>
+#include <morphbus/resend_t.hpp>
 #include <morphbus/sensors_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <morphbus/status_t.hpp>
+#include <morphbus/totals_t.hpp>
 #include <morphbus/transform_t.hpp>
+#include <morphbus/verdict_t.hpp>
 #include <morphbus/world_t.hpp>
 #include <vector>
 
@@ -59,7 +66,8 @@ void Try(std::vector<uint8_t> bytes) {
   for (size_t i = 0; i < 8; ++i) bytes[i] = static_cast<uint8_t>(fingerprint >> (56 - 8 * i));
   const int32_t protocol = header_t::PROTOCOL;
   for (size_t i = 0; i < 4; ++i) {
-    bytes[bridge::kContentOffset + i] = static_cast<uint8_t>(static_cast<uint32_t>(protocol) >> (24 - 8 * i));
+    bytes[bridge::kContentOffset + i] =
+        static_cast<uint8_t>(static_cast<uint32_t>(protocol) >> (24 - 8 * i));
   }
   bridge::PatchCrc(bytes.data(), bytes.size());
   TryOne<M>(bytes);
@@ -70,7 +78,7 @@ void Try(std::vector<uint8_t> bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size < 1) return 0;
   const std::vector<uint8_t> bytes(data + 1, data + size);
-  switch (data[0] % 11) {
+  switch (data[0] % 18) {
     case 0:
       Try<sim_clock_t>(bytes);
       break;
@@ -93,7 +101,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       Try<hello_t>(bytes);
       break;
     case 7:
-      Try<ask_t>(bytes);
+      Try<totals_t>(bytes);
       break;
     case 8:
       Try<health_t>(bytes);
@@ -101,8 +109,29 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     case 9:
       Try<info_part_t>(bytes);
       break;
-    default:
+    case 10:
       Try<log_end_t>(bytes);
+      break;
+    case 11:
+      Try<resend_t>(bytes);
+      break;
+    case 12:
+      Try<progress_t>(bytes);
+      break;
+    case 13:
+      Try<verdict_t>(bytes);
+      break;
+    case 14:
+      Try<leave_t>(bytes);
+      break;
+    case 15:
+      Try<admit_t>(bytes);
+      break;
+    case 16:
+      Try<replay_batch_t>(bytes);
+      break;
+    default:
+      Try<replay_follow_t>(bytes);
       break;
   }
   return 0;

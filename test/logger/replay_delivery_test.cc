@@ -175,8 +175,8 @@ TEST(ReplayDeliveryTest, PausedReplaysKeepTheirFollowersAndSilentOnesLoseThem) {
 TEST(ReplayDeliveryTest, OnlyWhatAReplayOfTheRunPublishesIsFollowed) {
   EXPECT_TRUE(IsFollowed("walk", "walk/m1/STATUS", 100));
   EXPECT_TRUE(IsFollowed("walk", "walk/INFO", 100));
-  for (const char* channel :
-       {"walk/LOG/ASK", "walk/HELLO", "walk/CONTROL", "walk/END", "x/m1/STATUS", "EXAMPLE"}) {
+  for (const char* channel : {"walk/LOG/RESEND", "walk/LOG/BATCH", "walk/SIM/LEAVE", "walk/HELLO",
+                              "walk/CONTROL", "walk/END", "x/m1/STATUS", "EXAMPLE"}) {
     EXPECT_FALSE(IsFollowed("walk", channel, 100)) << channel;
   }
   EXPECT_FALSE(IsFollowed("walk", "walk/m1/STATUS", 70'000));

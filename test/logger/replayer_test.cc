@@ -4,8 +4,8 @@
 
 #include <cmath>
 #include <map>
-#include <morphbus/ask_t.hpp>
 #include <morphbus/info_part_t.hpp>
+#include <morphbus/resend_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 
 #include "bridge/bus/inproc_bus.h"
@@ -57,13 +57,13 @@ class Rig {
     hub_.HandleAll();
   }
   void AskForInfo(const std::string& from) {
-    ask_t ask{};
+    resend_t ask{};
     ask.header.protocol = header_t::PROTOCOL;
     ask.sender = from;
-    ask.kind = ask_t::KIND_INFO;
+    ask.channel = "synth/INFO";
     std::vector<uint8_t> payload;
     bridge::Encode(ask, &payload);
-    Say("synth/LOG/ASK", payload);
+    Say("synth/LOG/RESEND", payload);
   }
   std::map<std::string, int> Count() const {
     std::map<std::string, int> count;
@@ -107,7 +107,7 @@ TEST(ReplayerTest, PaceIsSimTimeWhateverTheLogsTimestampsSay) {
 
 TEST(ReplayerTest, ControlAndWhatMakesARunNeverGoOut) {
   std::vector<SyntheticEvent> events = test::SyntheticEvents({});
-  for (const char* channel : {"synth/CONTROL", "synth/HELLO", "synth/m1/ASK", "synth/SIM/ASK"}) {
+  for (const char* channel : {"synth/CONTROL", "synth/HELLO", "synth/m1/RESEND", "synth/TOTALS"}) {
     events.insert(events.begin() + 20, {1, channel, {1, 2, 3}});
   }
   const TempLog file(test::EncodeLog(events));
@@ -116,7 +116,7 @@ TEST(ReplayerTest, ControlAndWhatMakesARunNeverGoOut) {
   ASSERT_TRUE(rig.Play());
   const auto count = rig.Count();
   for (const char* channel :
-       {"synth/CONTROL", "synth/HELLO", "synth/m1/ASK", "synth/SIM/ASK", "synth/END"}) {
+       {"synth/CONTROL", "synth/HELLO", "synth/m1/RESEND", "synth/TOTALS", "synth/END"}) {
     EXPECT_FALSE(count.contains(channel)) << channel;
   }
   EXPECT_EQ(rig.replayer->progress().withheld, 5);

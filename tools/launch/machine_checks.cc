@@ -178,7 +178,7 @@ Finding CheckFilter() {
   constexpr int kManyModules = 1000;
   std::vector<bridge::ChannelInterest> channels;
   for (int i = 0; i < kManyModules; ++i) {
-    for (const bridge::Topic topic : {bridge::Topic::kAsk, bridge::Topic::kTransform}) {
+    for (const bridge::Topic topic : {bridge::Topic::kResend, bridge::Topic::kTransform}) {
       channels.push_back({bridge::Channel("doctor", fmt::format("m{}", i), topic), {}});
     }
   }

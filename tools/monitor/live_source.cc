@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <morphbus/ask_t.hpp>
+#include <morphbus/resend_t.hpp>
 
 #include "bridge/bus/lcm_bus.h"
 #include "bridge/control/control_command.h"
@@ -45,11 +45,10 @@ Result<std::string> DescriptionFromBus(bridge::Bus* bus, std::string run) {
     if (outbox == nullptr) {
       outbox = std::make_unique<bridge::Outbox>(bus, bridge::Sender{run, "TOOL", 0, 0}, &ledger);
     }
-    morphbus::ask_t ask = {};
+    morphbus::resend_t ask = {};
     ask.sender = "TOOL";
-    ask.kind = morphbus::ask_t::KIND_INFO;
-    ask.acknowledged_tick = -1;
-    outbox->Send(bridge::Channel(run, bridge::kLogProcess, bridge::Topic::kAsk), 0, 0, &ask);
+    ask.channel = bridge::Channel(run, "", bridge::Topic::kInfo);
+    outbox->Send(bridge::Channel(run, bridge::kLogProcess, bridge::Topic::kResend), 0, 0, &ask);
     next_ask = timer.seconds() + kAskEvery;
   }
   bus->Unsubscribe("");

@@ -1,6 +1,6 @@
 #include "tools/monitor/present_tick.h"
 
-#include <morphbus/ask_t.hpp>
+#include <morphbus/resend_t.hpp>
 #include <utility>
 
 #include "bridge/wire/channels.h"
@@ -28,14 +28,12 @@ void PresentTick::Want(std::string_view process, Topic topic, int64_t first, int
 }
 
 void PresentTick::Ask(const Wanted& wanted) {
-  morphbus::ask_t ask = {};
+  morphbus::resend_t ask = {};
   ask.sender = "TOOL";
-  ask.kind = morphbus::ask_t::KIND_RESEND;
   ask.channel = bridge::Channel(run_->run, wanted.process, wanted.topic);
   ask.first_sequence = wanted.first;
   ask.last_sequence = wanted.last;
-  ask.acknowledged_tick = -1;
-  outbox_.Send(bridge::Channel(run_->run, wanted.process, Topic::kAsk), 0, 0, &ask);
+  outbox_.Send(bridge::Channel(run_->run, wanted.process, Topic::kResend), 0, 0, &ask);
 }
 
 void PresentTick::OnClock(const bridge::RunMessage& /*message*/, morphbus::sim_clock_t&& clock) {

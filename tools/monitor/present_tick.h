@@ -16,7 +16,7 @@ namespace morphbus::tools {
 
 /// Asks for what a late listener lacks. A run that is paused repeats its CLOCK and nothing else, so
 /// whoever begins to listen then would see no robot until it goes on. The sim and the modules keep
-/// what they sent last, and send it again when asked (ask_t, KIND_RESEND); all others know these
+/// what they sent last, and send it again when asked (resend_t); all others know these
 /// messages and leave them out. A run that goes on is asked for nothing.
 class PresentTick : private bridge::RunMessageHandler {
  public:
