@@ -6,7 +6,6 @@
 
 #include "bridge/lockstep/fingerprint.h"
 #include "bridge/lockstep/participant.h"
-#include "bridge/lockstep/realtime_window.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -49,8 +48,6 @@ bool LogLockstep::ReceivedSet::Take(int64_t sequence, bool realtime) {
 void LogLockstep::Begin(int64_t now_us, Actions* out) {
   phase_ = Phase::kRun;
   silence_.Heard(now_us);
-  // In real time the run may be anywhere by now.
-  moved_us_ = now_us - kLongestRunUs;
   out->push_back({LogAction::Kind::kHello});
   hello_.Said(now_us);
 }
@@ -71,19 +68,16 @@ int LogLockstep::AddModule(const std::string& name) {
   return static_cast<int>(names_.size()) - 1;
 }
 
-bool LogLockstep::InWindow(int64_t tick, int64_t now_us) const {
-  if (!config_.realtime) {
-    return tick >= complete_tick_ - config_.window && tick <= complete_tick_ + config_.window;
-  }
-  const int64_t slack = config_.window + (now_us - moved_us_) / kShortestTickUs;
-  return tick >= highest_tick_ - MissingNumbers::kMost && tick <= highest_tick_ + slack;
+bool LogLockstep::InWindow(int64_t tick) const {
+  return config_.realtime ||
+         (tick >= complete_tick_ - config_.window && tick <= complete_tick_ + config_.window);
 }
 
 LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phase, int num_modules,
                                         int sensors_parts, int world_parts, int64_t now_us,
                                         Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return Taken::kKnown;
-  if (!InWindow(tick, now_us)) return Taken::kImpossible;
+  if (!InWindow(tick)) return Taken::kImpossible;
   silence_.Heard(now_us);
   hello_.SimHeard();
   const bool end = phase == morphbus::sim_clock_t::PHASE_END;
@@ -119,7 +113,7 @@ LogLockstep::Taken LogLockstep::OnEnd(int64_t tick, int64_t now_us, Actions* out
 LogLockstep::Taken LogLockstep::OnPart(Topic topic, int64_t sequence, int64_t tick, int64_t now_us,
                                        Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return Taken::kKnown;
-  if (!InWindow(tick, now_us)) return Taken::kImpossible;
+  if (!InWindow(tick)) return Taken::kImpossible;
   if (num_modules_ < 0) return Unknown(tick, now_us, out);
   // These channels have a fixed number of messages a tick.
   const int parts = topic == Topic::kSensors ? sensors_parts_ : world_parts_;
@@ -131,7 +125,7 @@ LogLockstep::Taken LogLockstep::OnPart(Topic topic, int64_t sequence, int64_t ti
 LogLockstep::Taken LogLockstep::OnModule(Topic topic, int module, int64_t sequence, int64_t tick,
                                          int64_t status_count, int64_t now_us, Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return Taken::kKnown;
-  if (!InWindow(tick, now_us)) return Taken::kImpossible;
+  if (!InWindow(tick)) return Taken::kImpossible;
   if (module < 0 || static_cast<size_t>(module) >= modules_.size()) {
     return Unknown(tick, now_us, out);
   }
@@ -165,7 +159,6 @@ LogLockstep::Taken LogLockstep::Unknown(int64_t tick, int64_t now_us, Actions* o
   silence_.Heard(now_us);
   if (tick > highest_tick_) {
     highest_tick_ = tick;
-    moved_us_ = now_us;
     AcknowledgeAndAsk(now_us, out);
   }
   return Taken::kKnown;
@@ -177,10 +170,7 @@ LogLockstep::Taken LogLockstep::Note(bool fresh, int64_t tick, int64_t now_us, A
   standstill_.Heard(now_us);
   // A later tick, or one that became whole, may make an acknowledgement or a request due.
   const bool later = tick > highest_tick_;
-  if (later) {
-    highest_tick_ = tick;
-    moved_us_ = now_us;
-  }
+  if (later) highest_tick_ = tick;
   const int64_t before = complete_tick_;
   UpdateComplete();
   const bool progress = complete_tick_ > before;

@@ -68,10 +68,10 @@ class LogLockstep {
   /// The machine is idle until Begin, and ignores every event before it.
   explicit LogLockstep(const Config& config);
 
-  /// Whether a message of the tick, with this number on its channel, can have been published by
-  /// now, and is not over for longer than anybody keeps it. In lockstep the sim is at most a window
-  /// ahead of what was acknowledged. In real time the bound grows while nothing comes.
-  [[nodiscard]] bool InWindow(int64_t tick, int64_t now_us) const;
+  /// Whether a message of the tick can have been published by now, and is not over for longer than
+  /// anybody keeps it. In lockstep the sim is at most a window ahead of what was acknowledged; in
+  /// real time a message may come any time late.
+  [[nodiscard]] bool InWindow(int64_t tick) const;
 
   /// Says HELLO; from now on everything is awaited.
   void Begin(int64_t now_us, Actions* out);
@@ -195,8 +195,6 @@ class LogLockstep {
   /// Of the modules below this number nothing is missing at the tick behind complete_tick_, so that
   /// a tick of many modules is not searched through at every message.
   size_t first_unchecked_ = 0;
-  /// Real time: when highest_tick_ grew last.
-  int64_t moved_us_ = 0;
   // The last tick that an acknowledgement spoke of.
   int64_t acked_tick_ = -1;
   bool verdict_heard_ = false;

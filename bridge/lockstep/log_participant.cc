@@ -134,7 +134,7 @@ void LogParticipant::TakeHashed(const ChannelName& name, ReceivedStream* stream,
   message->bad = !taken.has_value();
   if (message->bad) return;
   if (*taken == Taken::kImpossible) {
-    const bool in_window = machine_.InWindow(header.tick, now_us());
+    const bool in_window = machine_.InWindow(header.tick);
     message->refused = true;
     return CountRefused(&Ledger::outside_window, message->channel,
                         in_window ? "number " + std::to_string(header.sequence) +

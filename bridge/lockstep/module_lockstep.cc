@@ -6,15 +6,10 @@
 #include "bridge/lockstep/fingerprint.h"
 #include "bridge/lockstep/outbox.h"
 #include "bridge/lockstep/participant.h"
-#include "bridge/lockstep/realtime_window.h"
 
 namespace morphbus::bridge {
 
 namespace {
-
-/// In real time ticks are lost; so many may be missed at once, and one more in each
-/// kShortestTickUs in which nothing came.
-constexpr int64_t kSlackTicks = 16;
 
 /// A module that takes another's place says HELLO so often, microseconds.
 constexpr int64_t kJoinUs = 50'000;
@@ -27,11 +22,9 @@ constexpr int64_t kRemembered = 16;
 ModuleLockstep::ModuleLockstep(const Config& config) : config_(config) {}
 
 void ModuleLockstep::Begin(int64_t tick, int64_t now_us, Actions* out) {
-  // A resumed module has been greeted before; it goes on where it was. In real time the run may be
-  // anywhere by now.
+  // A resumed module has been greeted before; it goes on where it was.
   phase_ = tick == kUnknownTick ? Phase::kJoining : Phase::kRun;
   tick_ = std::max<int64_t>(tick, 0);
-  moved_us_ = now_us - kLongestRunUs;
   silence_.Heard(now_us);
   if (tick > 0) return;
   out->push_back({ModuleAction::Kind::kHello, 0, 0});
@@ -44,7 +37,6 @@ void ModuleLockstep::OnAdmit(int64_t tick, int64_t now_us) {
   if (phase_ != Phase::kJoining) return;
   phase_ = Phase::kRun;
   tick_ = tick;
-  moved_us_ = now_us;
   ask_.Disarm();
   silence_.Heard(now_us);
 }
@@ -58,17 +50,15 @@ void ModuleLockstep::OnLeave(int64_t now_us, Actions* out) {
   out->push_back({ModuleAction::Kind::kEndAck, tick_, 0});
 }
 
-bool ModuleLockstep::InWindow(int64_t tick, int64_t now_us) const {
-  int64_t last = tick_;
-  if (config_.realtime) last += kSlackTicks + (now_us - moved_us_) / kShortestTickUs;
-  return tick >= tick_ - 1 - kKeptTicks && tick <= last;
+bool ModuleLockstep::InWindow(int64_t tick) const {
+  return config_.realtime || (tick >= tick_ - 1 - kKeptTicks && tick <= tick_);
 }
 
 void ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* out) {
   const bool end = phase == morphbus::sim_clock_t::PHASE_END;
   if (phase_ != Phase::kRun && (phase_ != Phase::kLeft || !end)) return;
   // What is over for long, or of a tick that we shall not compute, is no sign of life.
-  if (!InWindow(tick, now_us)) return;
+  if (!InWindow(tick)) return;
   silence_.Heard(now_us);
   hello_.SimHeard();
   if (end) {
@@ -86,7 +76,7 @@ void ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* o
 bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
                                const std::vector<uint16_t>& mates, int64_t now_us, Actions* out) {
   if (phase_ != Phase::kRun || part < 0 || part >= num_parts) return false;
-  if (!InWindow(tick, now_us)) {
+  if (!InWindow(tick)) {
     // In lockstep nothing of a later tick can exist before we answered this one, unless another
     // process did.
     if (tick > tick_) ahead_tick_ = tick;
@@ -97,7 +87,6 @@ bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
   // In real time what came for an older tick no longer matters.
   if (config_.realtime && tick > tick_) {
     tick_ = tick;
-    moved_us_ = now_us;
     parts_.clear();
     have_reading_ = false;
   }
@@ -123,7 +112,7 @@ bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
 bool ModuleLockstep::OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Actions* out) {
   if (phase_ != Phase::kRun || tick < 0) return false;
   // Only this tick's and the last one's messages are of use; a slot holds one of each parity.
-  if (!InWindow(tick, now_us) || (!config_.realtime && tick < tick_ - 1)) return false;
+  if (!InWindow(tick) || (!config_.realtime && tick < tick_ - 1)) return false;
   int64_t& slot = FindOrAdd(mate)->ticks[tick & 1];
   if (slot >= tick) return false;
   slot = tick;
@@ -165,7 +154,6 @@ void ModuleLockstep::TryCompute(int64_t now_us, Actions* out) {
   // All is there: the tick is computed, and the next one begins with nothing.
   out->push_back({ModuleAction::Kind::kCompute, tick_, 0});
   ++tick_;
-  moved_us_ = now_us;
   parts_.clear();
   have_reading_ = false;
   mates_.clear();

@@ -92,8 +92,8 @@ class ModuleLockstep {
   /// Whether SENSORS or TRANSFORM of the tick can have been published by now, and is not over for
   /// longer than anybody keeps it. In lockstep a module knows the last tick there is: SENSORS of
   /// the one that it has not answered, TRANSFORM of that one, too, since a neighbour may be
-  /// quicker.
-  [[nodiscard]] bool InWindow(int64_t tick, int64_t now_us) const;
+  /// quicker. In real time it may be any number of ticks behind.
+  [[nodiscard]] bool InWindow(int64_t tick) const;
   /// END was heard.
   [[nodiscard]] bool end_heard() const { return end_tick_ >= 0; }
 
@@ -133,8 +133,6 @@ class ModuleLockstep {
   int64_t ahead_tick_ = -1;
   /// The tick of END; -1 before.
   int64_t end_tick_ = -1;
-  /// Real time: when the tick to compute changed last.
-  int64_t moved_us_ = 0;
   std::vector<uint16_t> mates_;  ///< Mated in SENSORS(tick_).
   /// All modules that TRANSFORM came from in the last 16 ticks, by id.
   std::vector<Mate> heard_;

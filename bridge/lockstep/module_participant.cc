@@ -140,13 +140,10 @@ void ModuleParticipant::OnClock(const uint8_t* data, size_t size) {
   Tell(&ModuleLockstep::OnClock, clock.header.tick, static_cast<int>(clock.phase));
 }
 
-bool ModuleParticipant::IsOnlyLate(int64_t tick) const {
-  return machine_.left() || (options_.realtime && tick < machine_.tick());
-}
-
 bool ModuleParticipant::SensorsFit(int64_t tick) {
-  if (machine_.InWindow(tick, now_us())) return true;
-  if (IsOnlyLate(tick)) return false;
+  if (machine_.InWindow(tick)) return true;
+  // Once the run goes on without us, what comes is for others.
+  if (machine_.left()) return false;
   CountRefused(&Ledger::outside_window, "SIM/SENSORS",
                "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
   return false;
@@ -239,9 +236,8 @@ void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t s
   const std::string channel = mailbox.name + "/TRANSFORM";
   const int64_t tick = transform.header.tick;
   // In lockstep the number is the tick.
-  if (!machine_.InWindow(tick, now_us()) ||
-      (options_.realtime ? transform.header.sequence > tick : transform.header.sequence != tick)) {
-    if (IsOnlyLate(tick)) return;
+  if (!machine_.InWindow(tick) || (!options_.realtime && transform.header.sequence != tick)) {
+    if (machine_.left()) return;
     return CountRefused(
         &Ledger::outside_window, channel,
         "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));

@@ -146,9 +146,6 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void LearnNames(const uint8_t* data, size_t size);
   /// Whether SENSORS of this tick can be; if not, it is counted, and nothing of it is kept.
   bool SensorsFit(int64_t tick);
-  /// Whether nothing is wrong with a message of a tick that cannot be any more: the run goes on
-  /// without this module, or it is in real time, and whoever is overloaded may be any time behind.
-  [[nodiscard]] bool IsOnlyLate(int64_t tick) const;
   /// Whether a reading is one of this module's, and as what it reads it.
   bool ReadingFits(const morphbus::module_sensors_t& mine, vm::TickInput* input) const;
   /// Takes our own reading, and what else the SENSORS that came last has for us, for the tick to

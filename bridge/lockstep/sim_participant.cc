@@ -167,11 +167,12 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
   if (!Accept(data, size, &command, fits)) return;
   const int64_t tick = command.header.tick;
   const std::string channel = expected.name + "/ACTUATOR";
-  // Nobody can have computed a tick that is not out, and in lockstep nobody answers one that is
-  // long over. There a command's number is its tick.
-  const int64_t oldest = machine_.tick() - (options_.realtime ? MissingNumbers::kMost : kKeptTicks);
-  if (tick > machine_.tick() || tick < oldest ||
-      (options_.realtime ? command.header.sequence > tick : command.header.sequence != tick)) {
+  // In lockstep nobody answers a tick that is not out, or long over, and a command's number is its
+  // tick. In real time an answer may come any time late.
+  const bool can_be =
+      options_.realtime || (tick <= machine_.tick() && tick >= machine_.tick() - kKeptTicks &&
+                            command.header.sequence == tick);
+  if (!can_be) {
     return CountRefused(
         &Ledger::outside_window, channel,
         "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));

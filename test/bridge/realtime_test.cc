@@ -97,7 +97,7 @@ TEST_F(LatenessTest, AnswersThatAreLateBySomeTimeAreLateByNoMore) {
   EXPECT_LE(m3.worst_us, 30'000);
 }
 
-TEST_F(LatenessTest, WhoeverIsManyTicksBehindIsLateAndNoForger) {
+TEST_F(LatenessTest, WhoIsManyTicksBehindIsLateAndNotRefused) {
   // By far more ticks than anybody keeps; what neighbours say comes as late, and to the logger,
   // too.
   Run(3,
