@@ -145,7 +145,7 @@ class Interop(Case):
         self.assertIn(summary['hash'], done.stdout)
         morphbus('verify', log)
         # Nobody had a key, and the log says so.
-        self.assertTrue(as_json('info', log)['open'])
+        self.assertTrue(as_json('info', log)['description']['open'])
         self.assertIn('clean, of an open run', morphbus('info', log).stdout)
         self.assertEqual({decode(data).header.auth for *_, data in read_events(log)}, {0})
 
