@@ -86,7 +86,6 @@ class Forgers(Live):
         # After all that the run takes the commands of its owner, as if nothing had been.
         self.control('step')
         self.control('resume')
-        self.reach(30)
         self.control('stop')
         self.end()
         health = as_json('info', self.path)['health']['SIM']
@@ -103,7 +102,6 @@ class Forgers(Live):
         self.start()
         self.control('pause')
         self.control('resume')
-        self.reach(30)
         self.control('stop')
         self.end()
         old = read_events(self.path)
@@ -118,7 +116,6 @@ class Forgers(Live):
             bus.publish('live/CONTROL', data)
         self.await_counts(forged_commands=len(controls))
         self.control('resume')
-        self.reach(30)
         self.control('stop')
         self.end()
         self.assertEqual(as_json('info', self.path)['health']['SIM']['forged_commands'], len(controls))
