@@ -9,9 +9,6 @@ import unittest
 from control_live import GREETER, Live
 from support import MODEL, PROGRAM, as_json, await_condition, command, morphbus
 
-# By this tick all nine modules have taken their roles, and the quadruped gets up.
-ROLES_TAKEN = 40
-
 
 class Lockstep(Live):
     def test_pause_step_speed_resume_and_stop(self):
@@ -48,7 +45,6 @@ class Lockstep(Live):
         self.refuse(2, 'push', 'm55', 'UP', 2)
         self.assertEqual(self.control('resume')['tick'], waits['tick'])
         self.reach(waits['tick'] + 20)
-        self.reach(30)
         self.control('stop')
         self.end()
         self.assertIn((waits['tick'], 'push m5.active_block EAST 20 0.3'), self.commands())
@@ -80,7 +76,6 @@ class Lockstep(Live):
         self.control('resume')
         self.assertIn('is connected already', self.refuse(1, 'connect', 'm5.c4', 'm2.c3'))
         self.assertIn('is not', self.refuse(1, 'disconnect', 'm1.c5'))
-        self.reach(30)
         self.control('stop')
         self.end()
         self.assertEqual([c for t, c in self.commands() if t == tick and c != 'step 1'],
@@ -97,7 +92,6 @@ class Lockstep(Live):
         self.control('resume')
         reached = self.control('restart', 'm5')['tick']
         self.reach(reached + 20)
-        self.reach(30)
         self.control('stop')
         self.end()
         self.assert_repeats()
@@ -146,7 +140,7 @@ class Lockstep(Live):
         self.control('speed', 0.001)
         waits = self.control('push', 'm5', 'EAST', 2)
         self.assertTrue(waits['pending'])
-        self.reach(30)
+        self.reach(waits['tick'])
         self.control('stop')
         self.end()
         self.assertIn((waits['tick'], 'push m5 EAST 2'), self.commands())
@@ -156,7 +150,7 @@ class Lockstep(Live):
         self.control('pause')
         tick = self.control('connect', 'm2.c3', 'm5.c4')['tick']
         self.control('resume')
-        self.reach(max(tick, ROLES_TAKEN))
+        self.reach(tick)
         self.control('stop')
         self.end()
         self.assertRegex(self.said, rf'control: tick {tick}: connect m2.c3 m5.c4: .*is connected already')
@@ -169,7 +163,6 @@ class Lockstep(Live):
 
     def test_a_program_is_deployed_and_its_commands_are_invoked(self):
         self.start()
-        self.reach(ROLES_TAKEN, 4)
         program = self.folder / 'greeter.dyn'
         program.write_text(GREETER)
         os.chdir(self.folder)
@@ -244,7 +237,6 @@ class Lockstep(Live):
         self.start('--loss', 0.3)
         tick = self.control('pause')['tick']
         self.assertEqual(self.control('resume')['tick'], tick + 1)
-        self.reach(30)
         self.control('stop')
         self.end()
         self.assertEqual([c for c in self.commands() if 'speed' not in c[1]],

@@ -88,7 +88,6 @@ class Forgers(Live):
         # After all that the run takes the commands of its owner, as if nothing had been.
         self.control('step')
         self.control('resume')
-        self.reach(30)
         self.control('stop')
         self.end()
         health = as_json('info', self.path)['health']['SIM']
@@ -107,7 +106,6 @@ class Forgers(Live):
         self.start()
         self.control('pause')
         self.control('resume')
-        self.reach(30)
         self.control('stop')
         self.end()
         old = read_events(self.path)
@@ -122,7 +120,6 @@ class Forgers(Live):
             bus.publish('live/CONTROL', data)
         self.await_counts(unauthentic=len(controls))
         self.control('resume')
-        self.reach(30)
         self.control('stop')
         self.end()
         self.assertEqual(as_json('info', self.path)['health']['SIM']['unauthentic'], len(controls))

@@ -34,6 +34,10 @@ def written_so_far(path):
     return events
 
 
+# By this tick all nine modules have taken their roles (the last of them at 24), and the quadruped gets up.
+ROLES_TAKEN = 40
+
+
 class Live(Case):
     """A run that is under way; pausing it makes what follows independent of the machine's speed."""
 
@@ -46,8 +50,9 @@ class Live(Case):
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(self.process.communicate)
         self.addCleanup(self.process.kill)
-        # The sim takes commands before the first tick, too, but then does most of them later.
-        self.reach(1, 4)
+        # The sim takes commands before the first tick, too, but then does most of them later; and a run that is stopped before
+        # everybody has a role ends with status 1.
+        self.reach(ROLES_TAKEN, 4)
 
     def attempt(self, *words):
         return subprocess.run(command('control', *words, '--run', self.run_name), capture_output=True).returncode

@@ -7,14 +7,13 @@ import math
 import time
 import unittest
 
-from control_live import Live, written_so_far
+from control_live import ROLES_TAKEN, Live, written_so_far
 from support import MODEL, PROGRAM, SOURCE, as_json, await_condition, decode, processes_of, read_events
 
 CAREFUL = SOURCE / 'models' / 'programs' / 'quadruped_careful.dyn'
 MODULES = [f'm{i}' for i in range(1, 10)]
 HUB = 4  # number of m5, whose body is the robot's trunk
 DIAMETER = 4
-ROLES_TAKEN = 40  # by this tick nearly always
 STANDING_UP = 260  # ticks from the last role taken to the first step of the walk
 SLOW, SLOW_TICKS = 0.5, 25  # A paced run is at this speed for so many ticks.
 # Ticks in which a push must show, and a killed module be missed.

@@ -17,7 +17,7 @@ class Deaths(Dying):
         self.start('--processes', 3)
         for module in ('m1', 'm5', 'm9'):
             self.await_successor(module, self.kill(module))
-        self.reach(30)
+        self.reach(self.control('speed', 0)['tick'] + 20)
         self.control('stop')
         summary = self.end()
         self.assertEqual(summary['restarts'], {module: 1 for module in MODULES})
