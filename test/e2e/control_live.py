@@ -34,7 +34,7 @@ def written_so_far(path):
     return events
 
 
-# By this tick all nine modules have taken their roles (the last of them at 24), and the quadruped gets up.
+# In lockstep all nine modules have taken their roles by this tick (the last of them at 24), and the quadruped gets up.
 ROLES_TAKEN = 40
 
 

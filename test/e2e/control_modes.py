@@ -65,7 +65,6 @@ class WalkUnderCommand(Live):
                 if status.role_name:
                     taken.setdefault(status.module_id, status.header.tick)
             return len(taken) == len(MODULES) and max(taken.values())
-        self.go_to(ROLES_TAKEN)
         self.walking = await_condition(all_have_roles, 'all modules have roles') + STANDING_UP
         self.go_to(self.walking)
 
