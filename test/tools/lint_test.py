@@ -6,6 +6,9 @@ import subprocess
 import tempfile
 import unittest
 
+# A row of docs/architecture.md for each room of the small tree.
+ROWS = ''.join(f'| `{room}/` | x | |\n' for room in (
+    'compiler/base', 'compiler/model', 'vm/image', 'vm/run', 'bridge/bus', 'bridge/wire'))
 LINT = pathlib.Path(__file__).resolve().parents[2] / 'tools' / 'lint'
 GOOD_LCM = '''package morphbus;
 
@@ -87,6 +90,32 @@ class LayersTest(Tree):
         self.expect('vm/vm.cc', '"vm/run/state.h"')
         self.expect('vm/run/a.h', '"vm/module_api.h"')
         self.expect('vm/image/a.h', '"vm/run/state.h"', 'vm/image/ comes before vm/run/')
+
+    def rooms(self, row):
+        self.write('docs/architecture.md', '# Map\n\n## Rooms\n\n| room | for | not |\n|---|---|---|\n' + row + '\n## Words\n')
+
+    def test_what_a_room_may_not_know_it_may_not_reach_through_others(self):
+        self.write('compiler/base/a.h', '#include <Eigen/Core>\n')
+        self.rooms('| `sim/` | physics | numbers: `Eigen` |\n' + ROWS)
+        self.expect('sim/a.cc', '"compiler/base/b.h"')
+        self.write('sim/a.cc', '#include "compiler/base/a.h"\n')
+        code, text = self.run_lint('layers')
+        self.assertEqual(code, 1)
+        self.assertIn('sim/a.cc: error: compiler/base/a.h -> Eigen/Core: sim/ may not know Eigen', text)
+
+    def test_what_a_folder_may_not_know_its_rooms_may_not(self):
+        self.rooms('| `sim/` | physics | `compiler/model/` |\n' + ROWS)
+        self.write('sim/a.cc', '#include "compiler/model/a.h"\n')
+        code, text = self.run_lint('layers')
+        self.assertEqual(code, 1)
+        self.assertIn('sim/a.cc: error: compiler/model/a.h: sim/ may not know compiler/model/', text)
+
+    def test_every_room_has_a_row_and_every_row_a_room(self):
+        self.rooms(ROWS.replace('| `bridge/wire/` | x | |\n', '| `bridge/tyre/` | x | |\n'))
+        code, text = self.run_lint('layers')
+        self.assertEqual(code, 1)
+        self.assertIn('bridge/wire/ has no row', text)
+        self.assertIn('bridge/tyre/ has a row in the table of rooms, and is none', text)
 
     def test_tests_may_include_anything(self):
         self.expect('test/a.cc', '"logger/log/event_log.h"')
