@@ -8,6 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
+// Sides of a cylinder in pictures, and of a sphere's circles; steps of 15 degrees.
 constexpr int kSides = 24;
 
 /// Corners of a ring of radius `r` at height `z`.
@@ -27,6 +28,7 @@ std::vector<Vector3d> CornersOf(const Obstacle& obstacle) {
     case Shape::kBox:
     case Shape::kPlane:
       // A plane is a box without height; corners that fall together do no harm.
+      // Each of a corner's three bits says on which side of the middle it lies along one axis.
       for (int i = 0; i < 8; ++i) {
         const Vector3d side((i & 1) != 0 ? .5 : -.5, (i & 2) != 0 ? .5 : -.5,
                             (i & 4) != 0 ? .5 : -.5);
@@ -34,10 +36,12 @@ std::vector<Vector3d> CornersOf(const Obstacle& obstacle) {
       }
       break;
     case Shape::kCylinder:
+      // Size is radius and length here; the cylinder's axis is z of O, and its middle the origin.
       AddRing(size.x(), -0.5 * size.y(), &corners);
       AddRing(size.x(), 0.5 * size.y(), &corners);
       break;
     case Shape::kSphere:
+      // A ring for each circle of latitude, from pole to pole; the poles are single corners.
       for (int i = 1; i < kSides / 2; ++i) {
         const double angle = 2.0 * std::numbers::pi * i / kSides;
         AddRing(size.x() * std::sin(angle), size.x() * std::cos(angle), &corners);
@@ -46,6 +50,7 @@ std::vector<Vector3d> CornersOf(const Obstacle& obstacle) {
       corners.emplace_back(0, 0, -size.x());
       break;
     case Shape::kMesh:
+      // Pictures draw a mesh by its triangles, whose indices are those of these corners.
       corners = obstacle.mesh->points;
       break;
   }

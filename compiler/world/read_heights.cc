@@ -20,12 +20,14 @@ struct PngInput {
 
 void TakeBytes(png_structp png, png_bytep out, size_t size) {
   auto* input = static_cast<PngInput*>(png_get_io_ptr(png));
+  // png_error does not return: it calls OnError, which jumps.
   if (size > input->bytes->size() - input->at) png_error(png, "it is cut");
   std::memcpy(out, input->bytes->data() + input->at, size);
   input->at += size;
 }
 
 [[noreturn]] void OnError(png_structp png, png_const_charp what) {
+  // libpng's contract: an error function must not return. The text is kept for ParseHeights first.
   static_cast<PngInput*>(png_get_error_ptr(png))->error = what;
   png_longjmp(png, 1);
 }
@@ -86,6 +88,7 @@ Result<Heights> ParseHeights(const std::string& bytes) {
     return Fail("is no PNG file");
   }
   png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &input, OnError, OnWarning);
+  // Both are null if memory is short, and destroying null is allowed.
   png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
   Heights heights;
   std::string pixels;

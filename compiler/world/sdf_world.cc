@@ -18,7 +18,8 @@ namespace {
 using Eigen::Vector3d;
 using model::Pose;
 
-// Bounds on what a file may ask of the simulator, far above any real world.
+// Bounds on what a file may ask of the simulator, far above any real world. Nesting is bounded
+// because models are read by recursion.
 constexpr size_t kMaxObstacles = 10'000;
 constexpr double kMaxLength_m = 1e5;
 constexpr double kLeastLength_m = 1e-6;
@@ -54,6 +55,8 @@ class WorldReader {
           "a world is written as <sdf version=\"1.9\"><world name=\"...\">...</world></sdf>";
       return {};
     }
+    // The first <world> counts; a second one, and whatever else stands beside it, such as a model,
+    // is an error and not a part of the world.
     pugi::xml_node world;
     for (const pugi::xml_node& child : root.children()) {
       const std::string_view name = child.name();
@@ -68,6 +71,7 @@ class WorldReader {
     }
     // A world holds models; what is only seen, or says how others simulate it, is left out.
     for (const pugi::xml_node& child : world.children()) {
+      // One obstacle too many is read, by which the error below knows that there were too many.
       if (diagnostics_.full() || obstacles_.size() > kMaxObstacles) break;
       if (std::string_view(child.name()) == "model") {
         ReadModel(child, FromZUp(), "", 0);
@@ -85,6 +89,7 @@ class WorldReader {
   [[nodiscard]] std::optional<double> ground_friction() const { return ground_friction_; }
 
   source::Diagnostic& ErrorAt(ptrdiff_t offset, std::string message) {
+    // pugixml gives -1 where it knows no place, and counts from the beginning of the text as we do.
     const size_t begin =
         std::min(static_cast<size_t>(std::max<ptrdiff_t>(offset, 0)), text_.size());
     // The name of an element, or whatever word stands there.
@@ -121,10 +126,12 @@ class WorldReader {
     const auto skip = [&] {
       while (at != end && std::string_view(" \t\r\n").find(*at) != std::string_view::npos) ++at;
     };
+    // from_chars depends on no locale, but takes no plus sign, which SDFormat allows.
     for (double& number : *numbers) {
       skip();
       if (at != end && *at == '+') ++at;
       const std::from_chars_result read = std::from_chars(at, end, number);
+      // Put this way round the comparison refuses NaN as well.
       if (read.ec != std::errc() || !(std::abs(number) <= kMaxLength_m)) {
         Error(node, fmt::format("<{}> needs {} number{}, each at most {:g}", node.name(), N,
                                 N == 1 ? "" : "s", kMaxLength_m));
@@ -133,6 +140,7 @@ class WorldReader {
       at = read.ptr;
     }
     skip();
+    // All numbers were read; only blanks may follow them.
     if (at == end) return true;
     Error(node, fmt::format("<{}> has more than {} number{}", node.name(), N, N == 1 ? "" : "s"));
     return false;
@@ -143,12 +151,15 @@ class WorldReader {
     const pugi::xml_node node = parent.child("pose");
     if (!node) return Pose::Identity();
     const std::string_view base = node.attribute("relative_to").value();
+    // A model's pose is in the world and a link's in its model; with these names they say so.
     if (!base.empty() && base != "world" && base != "__model__") {
       Error(node, fmt::format("a pose relative to '{}' is not supported", base)).hint =
           "give the pose in its parent";
     }
     const std::string_view format = node.attribute("rotation_format").value();
     Pose X = Pose::Identity();
+    // Written x y z qx qy qz qw; Eigen's constructor wants w first. It need not be of length 1, as
+    // digits in a file seldom are.
     if (format == "quat_xyzw") {
       std::array<double, 7> n{};
       if (!ReadNumbers(node, &n)) return X;
@@ -198,6 +209,8 @@ class WorldReader {
           "obstacles do not move: add <static>true</static>";
     }
     const std::string name = NameIn(parent, node);
+    // Poses are given in the parent's frame: X_WP is that of the world or of the model around this
+    // one.
     const Pose X_WM = X_WP * ReadPose(node);
     for (const pugi::xml_node& child : node.children()) {
       if (diagnostics_.full() || obstacles_.size() > kMaxObstacles) return;
@@ -232,7 +245,7 @@ class WorldReader {
     obstacle.name = name;
     obstacle.X_WO = X_WL * ReadPose(node);
     obstacle.friction = ReadFriction(node);
-    // Exactly one shape.
+    // SDFormat has one shape in a <geometry>; of several the first is taken.
     pugi::xml_node shape;
     for (const pugi::xml_node& child : node.child("geometry").children()) {
       if (child.type() == pugi::node_element && !shape) shape = child;
@@ -242,7 +255,8 @@ class WorldReader {
       return;
     }
     if (!ReadShape(shape, &obstacle)) return;
-    // The ground is there already.
+    // A level plane at height 0 is the ground, which every run has unless it wants none
+    // (--ground false). Only its friction is kept.
     const Vector3d up = obstacle.X_WO.linear().col(2);
     if (obstacle.shape == Shape::kPlane && up.y() > 1 - 1e-9 &&
         std::abs(obstacle.X_WO.translation().y()) < 1e-9) {
@@ -256,6 +270,7 @@ class WorldReader {
   std::optional<double> ReadFriction(const pugi::xml_node& node) {
     const pugi::xml_node mu = node.child("surface").child("friction").child("ode").child("mu");
     std::array<double, 1> number{};
+    // Without the element the obstacle has the friction of the ground.
     if (!mu || !ReadNumbers(mu, &number)) return std::nullopt;
     if (number[0] >= 0 && number[0] <= 10) return number[0];
     Error(mu, "friction is from 0 to 10");
@@ -275,6 +290,8 @@ class WorldReader {
   }
 
   bool ReadShape(const pugi::xml_node& node, Obstacle* obstacle) {
+    // Errors in the shape's sizes do not end the reading at once, so that all of them are told; a
+    // shape with any is not taken.
     const int errors = diagnostics_.error_count();
     const std::string_view shape = node.name();
     if (shape == "box") {
@@ -317,6 +334,8 @@ class WorldReader {
         Error(normal, "a normal of length zero");
         return;
       }
+      // Of all rotations that bring z to the normal the shortest is taken; how the plane is turned
+      // about its normal only matters to the rectangle that is drawn.
       obstacle->X_WO.linear() *= Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), direction)
                                      .normalized()
                                      .toRotationMatrix();
@@ -343,6 +362,8 @@ class WorldReader {
       Error(node ? node : parent, fmt::format("<{}> needs <uri>", parent.name()));
       return std::nullopt;
     }
+    // Other schemes name packages or servers, which a reader would have to look for outside of the
+    // world's folder.
     const size_t scheme = uri.find("://");
     if (scheme != std::string::npos && uri.compare(0, scheme, "file") != 0) {
       Error(node, fmt::format("a uri of '{}' is not supported", uri.substr(0, scheme + 3))).hint =
@@ -354,6 +375,7 @@ class WorldReader {
                                    : surfaces_.heights.count(uri) > 0) {
       return uri;
     }
+    // Without a loader all surfaces must have come with the description.
     const Result<void> loaded =
         load_ ? load_(kind, uri, &surfaces_) : Fail(fmt::format("'{}' is not at hand", uri));
     if (loaded) return uri;
@@ -363,6 +385,7 @@ class WorldReader {
 
   /// Takes the triangles, unless they are too many or lie too far away.
   void Take(const pugi::xml_node& node, TriangleMesh mesh, Obstacle* obstacle) {
+    // Counted per obstacle and not per file: the physics has each of them.
     triangles_ += mesh.triangles.size();
     if (triangles_ > kMaxTriangles) {
       Error(node, fmt::format("with this the world has more than {} triangles", kMaxTriangles));
@@ -384,6 +407,8 @@ class WorldReader {
       Error(node, fmt::format("optimization '{}' is not supported", optimization)).hint =
           "a mesh is its triangles";
     }
+    // Negative factors mirror the mesh, which Scaled bears; 0 would flatten it to a surface without
+    // outside.
     const Vector3d scale = ReadTriple(node, "scale", Vector3d::Ones());
     if (!(scale.cwiseAbs().minCoeff() > 1e-9)) {
       Error(node.child("scale"), "a scale is not 0");
@@ -424,6 +449,7 @@ bool ReadWorld(const source::SourceSet& sources, int file, const SurfaceLoader& 
                SdfWorld* world, source::Diagnostics* diagnostics) {
   const int errors = diagnostics->error_count();
   source::CheckUtf8(sources, file, diagnostics);
+  // pugixml does not look whether what it reads is UTF-8, and names go into messages and JSON.
   if (errors != diagnostics->error_count()) return false;
   const std::string_view text = sources.text(file);
   WorldReader reader(sources, file, load, &world->surfaces, diagnostics);
@@ -453,7 +479,7 @@ Result<std::vector<Obstacle>> ReadSdfText(const std::string& text, Surfaces surf
   source::Diagnostics diagnostics;
   SdfWorld world;
   world.surfaces = std::move(surfaces);
-  // Nobody vouches for what a description holds.
+  // FilesBeside checks what it loads; what a log's description holds may be damaged.
   for (const auto& [uri, mesh] : world.surfaces.meshes) {
     if (Result<void> good = Check(mesh); !good) return Fail(uri + " " + good.error().message);
   }

@@ -9,8 +9,8 @@
 
 namespace morphbus::world {
 
-/// Puts the surfaces beside the world's text, compactly, so that whoever has the description needs
-/// no file.
+/// Puts the surfaces beside the world's text, compactly, so that a reader of the description
+/// needs no file.
 void KeepSurfaces(const Surfaces& surfaces, proto::RunDescription* description);
 
 /// The obstacles of the description's world; none if it has no world. The description may be

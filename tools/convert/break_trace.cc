@@ -16,13 +16,18 @@ constexpr size_t kMaxMoments = 1000;
 }  // namespace
 
 void BreakTrace::Take(const logger::ComputedStep& step) {
+  // A task's end is no instruction, and without a call there is no line.
   if (step.ended != nullptr || step.task.stack.depth == 0) return;
+  // The range has its beginning and not its end, so that ranges one behind the other have no moment
+  // twice.
   const double seconds = static_cast<double>(step.input.sim_time_us) * 1e-6;
   if (seconds < from_s_ || seconds >= to_s_) return;
-  // The first instruction of the line: before it another line's code ends.
+  // The first instruction of the line, before which another line's code ends. Jumps into the middle
+  // of a line, as by && and ||, are no new arrival at it.
   const vm::Frame& frame = step.task.stack.frames[step.task.stack.depth - 1];
   if (step.program.LineOf(frame.function, frame.pc) != line_) return;
   if (frame.pc > 0 && step.program.LineOf(frame.function, frame.pc - 1) == line_) return;
+  // Counted is what is dropped, so that the text can say how much is not shown.
   if (moments_.size() >= kMaxMoments) {
     ++dropped_;
     return;
@@ -36,6 +41,7 @@ void BreakTrace::Take(const logger::ComputedStep& step) {
       bridge::ReadLocals(step.program, step.kinematics, frame, frame.pc, step.task.stack.cells);
   const Json task = TasksJson({held}).front();
   moments_.push_back(
+      // The keys are those of docs/cli.md, in its order; `calls` begins with the innermost.
       {{"tick", step.input.tick},
        {"seconds", seconds},
        {"kind", task["kind"]},

@@ -91,6 +91,7 @@ Result<void> WriteSideBySide(const std::vector<Columns<Sample>>& groups, const T
   std::string row = "time [s]";
   for (const auto& group : groups) row += group.names;
   row += "\n";
+  // Merges the series, each of which is in order of time: at[g] is the next sample of group g.
   std::vector<size_t> at(groups.size(), 0);
   constexpr int64_t kNever = std::numeric_limits<int64_t>::max();
   while (true) {
@@ -107,8 +108,11 @@ Result<void> WriteSideBySide(const std::vector<Columns<Sample>>& groups, const T
     for (size_t g = 0; g < groups.size(); ++g) {
       const auto& samples = *groups[g].samples;
       if (at[g] < samples.size() && samples[at[g]].time_us == time_us) {
+        // Times are whole microseconds, so that samples of one tick are equal and come into one
+        // row.
         groups[g].fill(samples[at[g]++], &row);
       } else {
+        // Nothing is carried on from the row before: an empty cell is a sample that the log lacks.
         row.append(groups[g].count, ',');
       }
     }
@@ -134,6 +138,7 @@ Result<void> WriteJoints(const RunLog& log, const TextSink& write) {
     }
     group.count = 3 * joints;
     group.fill = [joints](const logger::SensorSample& sample, std::string* row) {
+      // The columns are the type's; a sample of a damaged log may have fewer joints than it.
       for (size_t j = 0; j < joints; ++j) {
         if (j < sample.position.size()) {
           AddNumber(sample.position[j], row);
@@ -159,6 +164,7 @@ std::string SensorColumns(const model::ModuleType* type, const std::string& modu
     const std::string name = "," + module + "." + sensor.name;
     if (sensor.type == model::SensorType::kDistance) names += name + " [m]";
     if (sensor.type == model::SensorType::kContact) names += name;
+    // A tilt sensor measures a direction, which has no unit; a contact sensor 0 or 1.
     if (sensor.type == model::SensorType::kTilt) names += name + ".x" + name + ".y" + name + ".z";
   }
   return names;
@@ -205,8 +211,11 @@ void AddPose(const Pose& pose, std::string* row) {
 template <class Entry, class NamesOf, class Fill>
 Result<void> WriteLinksOfWorld(const RunLog& log, std::vector<Entry> logger::WorldSample::*entries,
                                const NamesOf& names_of, const Fill& fill, const TextSink& write) {
+  // A module that WORLD names and whose own messages are all lost has columns by its number.
   std::map<int, const ModuleSeries*> by_id;
   for (const ModuleSeries& module : log.modules) by_id[module.id] = &module;
+  // The first pass finds which links there are, by module and link; sorted by them they get their
+  // columns in the loop behind it.
   std::map<std::pair<int, int>, size_t> columns;
   for (const logger::WorldSample& sample : log.world) {
     for (const Entry& entry : sample.*entries) columns[{entry.module_id, entry.link}] = 0;
@@ -371,6 +380,8 @@ Result<void> WriteConnectorCommands(const RunLog& log, const TextSink& write) {
       for (const morphbus::connector_command_t& command : sample.connectors) {
         std::string state = fmt::format("state{}", command.state);
         std::string value = fmt::format("{}", command.value);
+        // Of a damaged log connector, state and value may be any numbers; those that the type does
+        // not have stay numbers.
         const bool known =
             type != nullptr && command.connector >= 0 &&
             command.connector < static_cast<int>(type->connectors.size()) && command.state >= 0 &&
@@ -435,6 +446,7 @@ Result<void> WriteRoles(const RunLog& log, const TextSink& write) {
 Result<void> WriteFaults(const RunLog& log, const TextSink& write) {
   Rows rows;
   for (const logger::FaultFact& fault : log.facts.faults) {
+    // A line of 0 says that the image has no lines; its cell stays empty.
     rows.Add(fault.time_us,
              fmt::format(",{},{},{},{},{},{}", fault.module, TextCell(fault.role),
                          TextCell(fault.text), TextCell(fault.function), TextCell(fault.file),

@@ -15,11 +15,14 @@ Result<std::unique_ptr<EventDecoder>> EventDecoder::Open(const std::string& path
   // A log of an older build has messages that only its own definitions fit.
   std::vector<LcmSchema> schemas;
   proto::RunDescription described;
+  // The description is looked for in the whole log first, since it may stand behind messages that
+  // need its definitions.
   std::string used = logger::ReadDescription(path).value_or(description);
   if (described.ParseFromString(used) && !described.lcm_schema().empty()) {
     Result<LcmSchema> schema = LcmSchema::Parse(described.lcm_schema());
     if (schema) schemas.push_back(std::move(*schema));
   }
+  // Without a run's name the reader keeps the order of the file.
   auto reader = logger::OrderedLogReader::Open(path, in_order ? described.run() : "");
   if (!reader) return tl::unexpected(reader.error());
   // This build's own are for logs that hold none.
@@ -49,6 +52,7 @@ bool EventDecoder::Next(DecodedEvent* decoded) {
       decoded->why_not = message.error().message;
       continue;
     }
+    // Every message of LCM begins with the fingerprint of its type, eight bytes, the highest first.
     decoded->type = schema.Find(static_cast<int64_t>(ReadBig(data.data(), 8)));
     decoded->message = std::move(*message);
     decoded->why_not.clear();

@@ -31,6 +31,8 @@ using LcmJson = nlohmann::ordered_json;
 /// The field's type; TYPE_MESSAGE for what is no primitive.
 pb::FieldDescriptorProto::Type FieldType(const LcmMember& member) {
   using Field = pb::FieldDescriptorProto;
+  // Protocol Buffers have no integers of 8 and 16 bits; sint is their encoding in which negative
+  // numbers are short, too.
   static const std::map<std::string, Field::Type> types = {
       {"int8_t", Field::TYPE_SINT32},  {"int16_t", Field::TYPE_SINT32},
       {"int32_t", Field::TYPE_SINT32}, {"int64_t", Field::TYPE_SINT64},
@@ -59,6 +61,7 @@ std::string FileOf(const std::string& package) {
 
 /// The names of a type and of all types within it.
 void CollectTypes(const LcmSchema& schema, const LcmType& type, std::set<std::string>* names) {
+  // A name that is there already ends the recursion, also where types hold each other.
   if (!names->insert(type.name).second) return;
   for (const LcmMember& member : type.members) {
     const LcmType* nested = schema.FindByName(member.type);
@@ -69,16 +72,19 @@ void CollectTypes(const LcmSchema& schema, const LcmType& type, std::set<std::st
 /// Adds a type to the file of its package.
 void Define(const LcmType& type, pb::FileDescriptorProto* file) {
   pb::DescriptorProto* message = file->add_message_type();
+  // The package is the file's; without a dot rfind + 1 is 0, and the name is whole.
   message->set_name(type.name.substr(type.name.rfind('.') + 1));
   int number = 0;
   for (const LcmMember& member : type.members) {
     pb::FieldDescriptorProto* field = message->add_field();
     field->set_name(member.name);
+    // The numbers follow the order of the members, on which Fill relies.
     field->set_number(++number);
     field->set_type(FieldType(member));
     field->set_label(IsRepeated(member) ? pb::FieldDescriptorProto::LABEL_REPEATED
                                         : pb::FieldDescriptorProto::LABEL_OPTIONAL);
     if (field->type() != pb::FieldDescriptorProto::TYPE_MESSAGE) continue;
+    // A dot before it makes the name a full one, which is not looked for in the packages around.
     field->set_type_name("." + member.type);
     // A type of another package is in another file, which is imported once.
     const std::string import = FileOf(PackageOf(member.type));
@@ -94,6 +100,7 @@ pb::FileDescriptorSet DefineAll(const LcmSchema& schema, const LcmType& type) {
   CollectTypes(schema, type, &names);
   pb::FileDescriptorSet set;
   std::map<std::string, pb::FileDescriptorProto*> files;
+  // Names are sorted, so that equal types give equal bytes.
   for (const std::string& name : names) {
     pb::FileDescriptorProto*& file = files[PackageOf(name)];
     if (file == nullptr) {
@@ -110,6 +117,7 @@ pb::FileDescriptorSet DefineAll(const LcmSchema& schema, const LcmType& type) {
 /// What hexadecimal digits stand for.
 std::string FromHex(const std::string& digits) {
   std::string bytes;
+  // The decoder writes small letters, two digits a byte.
   const auto value = [](char c) { return c <= '9' ? c - '0' : c - 'a' + 10; };
   for (size_t i = 0; i + 1 < digits.size(); i += 2) {
     bytes += static_cast<char>(value(digits[i]) * 16 + value(digits[i + 1]));
@@ -127,6 +135,7 @@ void Fill(const LcmJson& message, pb::Message* out);
 /// Sets a field that is no list, or appends one value to a list.
 void SetOrAdd(const LcmJson& value, const pb::FieldDescriptor* field, pb::Message* out) {
   const pb::Reflection* r = out->GetReflection();
+  // LcmSchema::Decode has made the values, each of its member's type, so that no get here throws.
   const bool list = field->is_repeated();
   switch (field->type()) {
     case pb::FieldDescriptor::TYPE_SINT32: {
@@ -155,6 +164,7 @@ void SetOrAdd(const LcmJson& value, const pb::FieldDescriptor* field, pb::Messag
     }
     case pb::FieldDescriptor::TYPE_MESSAGE:
       return Fill(value, list ? r->AddMessage(out, field) : r->MutableMessage(out, field));
+    // Text and bytes, both of which are text in JSON.
     default: {
       const auto& text = value.get_ref<const std::string&>();
       const bool bytes = field->type() == pb::FieldDescriptor::TYPE_BYTES;

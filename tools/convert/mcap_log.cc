@@ -33,6 +33,8 @@ class McapTopics {
   /// The channel for messages of a type on a topic.
   uint16_t ChannelFor(const DecodedEvent& decoded) {
     const std::string topic(decoded.event.channel);
+    // One topic may have messages of several types, as of any program's; each pair is a channel of
+    // its own, as MCAP has it.
     const auto [channel, is_new] = channels_.emplace(std::pair(topic, decoded.type), 0);
     if (is_new) {
       const Schema* schema = decoded.type == nullptr ? nullptr : &SchemaFor(*decoded.type);
@@ -62,6 +64,8 @@ class McapTopics {
     if (!is_new) return schema->second;
     Result<std::unique_ptr<LcmProto>> proto = LcmProto::Create(decoder_.SchemaOf(type), type);
     if (proto) {
+      // A type that cannot be expressed stays in the map without a number, so that it is tried
+      // once.
       schema->second.id = writer_.AddSchema(type.name, "protobuf", (*proto)->schema());
       schema->second.proto = std::move(*proto);
     }
@@ -91,6 +95,7 @@ class ViewerTopics {
     if (!begun_) converter_->Begin(sink);
     begun_ = true;
     converter_->Take(event.channel, event.data.data(), event.data.size(), sink);
+    // The views end with the event, which the reader then overwrites; number and times are kept.
     last_ = event;
     last_.channel = {};
     last_.data = {};
@@ -120,6 +125,7 @@ class ViewerTopics {
 
   /// The channel of a topic; none if the user does not want it.
   std::optional<uint16_t> ChannelFor(bridge::OutwardTopic topic) {
+    // A topic that is not wanted stays in the table without a channel, and is not looked at again.
     const auto [channel, is_new] = by_topic_.try_emplace(topic);
     const std::string path = bridge::TopicPath(converter_->run().run, topic);
     if (!is_new || !channels_.Matches(path)) return channel->second;
@@ -163,6 +169,7 @@ Result<EventsWritten> WriteMcap(EventDecoder* decoder, const NamePattern& channe
     const uint16_t channel = topics.ChannelFor(decoded);
     const std::optional<std::string> message = topics.Encode(decoded);
     const auto* bytes = message ? reinterpret_cast<const uint8_t*>(message->data()) : nullptr;
+    // A message without sim time has its log time as publish time, which MCAP demands.
     const uint64_t log_time_ns = Nanoseconds(event.timestamp_us);
     const Result<void> added =
         writer.Write(channel, static_cast<uint32_t>(event.number), log_time_ns,

@@ -17,6 +17,8 @@ std::optional<FieldDifference> Differ(const Json& a, const Json& b, const std::s
   if (a == b) return std::nullopt;
   // Of two objects the first field that differs, in the order of their names.
   if (a.is_object() && b.is_object()) {
+    // Both are of one type of message and have the same members; one that only b has is told as a
+    // whole, below.
     for (const auto& [key, value] : a.items()) {
       const std::string at = path.empty() ? key : path + "." + key;
       if (!b.contains(key)) return FieldDifference{at, JsonText(value), "nothing"};
@@ -42,6 +44,7 @@ Json JointsJson(const logger::ComputedTick& tick) {
   for (int j = 0; j < tick.kinematics.num_joints(); ++j) {
     const vm::JointState& joint = tick.state.joints[j];
     const bool slides = tick.kinematics.joint(j).kind == vm::JointKind::kPrismatic;
+    // The VM counts in degrees and millimetres, as programs do; they are shown as they are.
     joints[ToString(tick.kinematics.joint(j).name)] = {{"unit", slides ? "mm" : "degrees"},
                                                        {"measured", joint.measured},
                                                        {"target", joint.target},
@@ -76,12 +79,15 @@ void RerunDifferences::Take(const logger::MessageAgain& message) {
   const auto digest = [](std::span<const uint8_t> bytes) {
     return bridge::MessageDigest(bytes.data(), bytes.size());
   };
+  // The digests leave out what differs in every run, such as the key's hash; an absent message has
+  // that of no bytes.
   if (digest(message.logged) == digest(message.again)) return;
   if (count_++ > 0) return;
   const auto difference = FirstDifference(Decoded(message.logged), Decoded(message.again));
   first_ = {{"tick", message.tick},
             {"seconds", static_cast<double>(message.sim_time_us) * 1e-6},
             {"topic", bridge::TopicName(message.topic)},
+            // Digests that differ where all members are equal leave only the checksum.
             {"field", difference ? difference->field : "checksum"},
             {"logged", difference ? difference->logged : ""},
             {"again", difference ? difference->again : ""}};

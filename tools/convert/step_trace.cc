@@ -15,13 +15,15 @@
 namespace morphbus::tools {
 namespace {
 
-/// A tick has some thousand instructions at most; a budget that somebody raised may lead to more.
+/// A tick has some thousand instructions at most; an image with a larger budget has more.
 constexpr size_t kMaxSteps = 100000;
 
 /// The operands that lie ready for an instruction, in their order; none for one of which neither
 /// the table nor what its operand names tells the types.
 Json OperandsOf(const logger::ComputedStep& step, const vm::Frame& frame) {
   const vm::FunctionInfo function = step.program.function(frame.function);
+  // The verifier has proved that an instruction begins here, that its operand is whole, and that so
+  // many values lie on the stack.
   const uint8_t* at = step.program.bytes() + function.code_begin + frame.pc;
   const vm::OpcodeInfo& info = vm::kOpcodes[*at];
   std::vector<vm::ValueType> types;
@@ -44,6 +46,7 @@ Json OperandsOf(const logger::ComputedStep& step, const vm::Frame& frame) {
 
 /// How the run of a task in a tick ended.
 std::string EndingText(const logger::ComputedStep& step) {
+  // These are all ways in which the interpreter gives a task back.
   switch (step.ended->status) {
     case vm::RunStatus::kFinished:
       return "finished";
@@ -85,6 +88,7 @@ void StepTrace::NoteChanges(const Moment& now) {
                                const std::vector<bridge::HeldValue>& after) {
     for (size_t i = 0; i < std::min(before.size(), after.size()); ++i) {
       // Behind its scope a variable has no value any more.
+      // Values are compared as texts: what would be printed alike has not changed for the reader.
       if (after[i].value == before[i].value || after[i].value.empty()) continue;
       const std::string& name = after[i].name;
       changed[fmt::format("{} {}", kind, name.empty() ? std::to_string(i) : name)] = after[i].value;
@@ -98,6 +102,7 @@ void StepTrace::NoteChanges(const Moment& now) {
 }
 
 bool StepTrace::GoesOn(const Moment& now) const {
+  // A jump back within the line, as of a loop that is written in one line, begins a step anew.
   return by_ == By::kLine && now.depth == begun_.depth && now.function == begun_.function &&
          now.line == begun_.line && now.pc > last_pc_;
 }
@@ -133,6 +138,7 @@ void StepTrace::Take(const logger::ComputedStep& step) {
   // The step before is over.
   if (open_) NoteChanges(now);
   if (open_ && ended) steps_.back()["then"] = EndingText(step);
+  // Beyond the limit nothing is open any more, and every further instruction counts as dropped.
   open_ = !ended && steps_.size() < kMaxSteps;
   if (open_) {
     Begin(step, std::move(now));
