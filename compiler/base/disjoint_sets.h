@@ -19,6 +19,7 @@ class DisjointSets {
 
   /// The number that stands for the set of `i`; it is the same for all numbers of one set.
   [[nodiscard]] int Find(int i) {
+    // Path halving: every number on the way is hung onto its parent's parent.
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }

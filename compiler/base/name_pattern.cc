@@ -23,6 +23,7 @@ Result<NamePattern> NamePattern::Parse(const std::string& text) {
 }
 
 bool NamePattern::Matches(std::string_view name) const {
+  // regex_match wants all of the name, where regex_search would be content with a part of it.
   return compiled_ == nullptr ||
          std::regex_match(name.data(), name.data() + name.size(), compiled_->expression);
 }

@@ -17,9 +17,11 @@ class NamePattern {
   /// An empty text means every name. Fails with what is wrong if `text` is no regular expression.
   static Result<NamePattern> Parse(const std::string& text);
 
+  /// True if the expression matches the name as a whole, and not only a part of it.
   [[nodiscard]] bool Matches(std::string_view name) const;
 
  private:
+  /// The compiled expression, whose type only name_pattern.cc knows.
   struct Compiled;
   explicit NamePattern(std::shared_ptr<const Compiled> compiled);
 

@@ -16,10 +16,12 @@ struct Quantity {
 
 std::optional<Quantity> SplitQuantity(std::string_view text) {
   // Unlike strtod, from_chars knows no locale, no blanks and no plus sign, which people may write.
+  // A second sign behind the plus, as in "+-2", is no number.
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   Quantity quantity;
   const char* end = text.data() + text.size();
   const std::from_chars_result read = std::from_chars(text.data(), end, quantity.number);
+  // from_chars reads "inf" and "nan", too, which no quantity is.
   if (read.ec != std::errc() || !std::isfinite(quantity.number)) return std::nullopt;
   quantity.unit = {read.ptr, static_cast<size_t>(end - read.ptr)};
   return quantity;
@@ -61,6 +63,8 @@ std::string MakePlain(const QuantityReader& reader, std::string* text) {
   if (!number) return "expected " + std::string(reader.expected) + ", not '" + *text + "'";
   // The shortest text of a double has at most 24 characters.
   std::array<char, 32> digits = {};
+  // The shortest text that reads back as the same double, so that nothing is lost on the way
+  // through the text.
   char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), *number).ptr;
   text->assign(digits.data(), end);
   return "";

@@ -23,6 +23,7 @@ namespace morphbus {
 
 /// A way to read quantities, and for people what it expects: "a fraction, 0 to 1, such as …".
 struct QuantityReader {
+  /// One of the readers above.
   std::optional<double> (*read)(std::string_view text);
   std::string_view expected;
 };

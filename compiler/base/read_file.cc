@@ -19,6 +19,8 @@ namespace {
 std::string WhyNotRead(const std::string& path, int fd) {
   struct stat info = {};
   if (fstat(fd, &info) != 0) return std::strerror(errno);
+  // A stream that the user's shell has opened for us, such as /dev/stdin, may be a pipe or a
+  // terminal.
   if (S_ISREG(info.st_mode) || OwnDescriptor(path)) return "";
   if (!S_ISFIFO(info.st_mode)) return "not a regular file";
   return "not a regular file but a named pipe, which nobody may ever write to: give a file, "
@@ -29,6 +31,7 @@ std::string WhyNotRead(const std::string& path, int fd) {
 Result<std::string> ReadToEnd(int fd, size_t limit) {
   std::string bytes;
   char buffer[1 << 16];
+  // The size that fstat tells is not asked: pipes have none, and a file may grow meanwhile.
   while (bytes.size() <= limit) {
     const ssize_t got = read(fd, buffer, sizeof buffer);
     if (got < 0) return Fail(std::strerror(errno));

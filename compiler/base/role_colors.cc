@@ -13,6 +13,7 @@ constexpr Color kNoRole = {0.72, 0.74, 0.78};
 
 /// Relative luminance of an sRGB color, 0 to 1 (WCAG 2.2).
 double Luminance(const Color& color) {
+  // The inverse of sRGB's transfer function (IEC 61966-2-1).
   const auto linear = [](double c) {
     return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
   };
@@ -43,6 +44,7 @@ Color PaletteColor(int index) {
                                                                 {0.71, 0.83, 0.33},
                                                                 {0.56, 0.13, 0.32}}};
   Color color = kPalette[index % kPaletteSize];
+  // The second and third round are darker: factors of 0.7 and 0.49 in sRGB's own values.
   for (int again = index / kPaletteSize % 3; again > 0; --again) {
     for (double& c : color) c *= 0.7;
   }
@@ -58,6 +60,7 @@ std::string CssColor(const Color& color) {
 
 double Contrast(const Color& a, const Color& b) {
   const auto [low, high] = std::minmax({Luminance(a), Luminance(b)});
+  // The 0.05 stand for light that the screen reflects (WCAG 2.2, "contrast ratio").
   return (high + 0.05) / (low + 0.05);
 }
 
@@ -68,6 +71,7 @@ Color TextColorOn(const Color& ground) {
 }
 
 void RoleColors::Add(const std::vector<std::string>& roles) {
+  // try_emplace leaves the entry of a role that has one.
   for (size_t i = 0; i < roles.size(); ++i) index_.try_emplace(roles[i], static_cast<int>(i));
 }
 

@@ -27,6 +27,8 @@ class SplitMix64 {
   }
 
  private:
+  /// The counter; it goes on by 2^64 over the golden ratio, an odd number, so that it comes back
+  /// only after 2^64 steps.
   uint64_t state_;
 };
 

@@ -23,7 +23,8 @@ class TemporaryPath {
   TemporaryPath& operator=(const TemporaryPath&) = delete;
   ~TemporaryPath();
 
-  /// It has been renamed, or shall stay.
+  /// From now on neither a signal nor the destructor removes the path: it has been renamed, or
+  /// shall stay.
   void Keep();
   [[nodiscard]] const std::string& path() const { return path_; }
 

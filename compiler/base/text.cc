@@ -30,6 +30,7 @@ std::string Counted(int64_t count, std::string_view one, std::string_view many) 
 
 std::string NameFirst(const std::vector<std::string>& names, size_t most) {
   std::string text;
+  // The rest is told by its number alone, so that a message stays readable whatever a file names.
   for (size_t i = 0; i < names.size() && i < most; ++i) text += (i > 0 ? ", " : "") + names[i];
   if (names.size() > most) text += " and " + std::to_string(names.size() - most) + " more";
   return text;

@@ -24,6 +24,7 @@ size_t Utf8Length(std::string_view text, size_t at) {
       if ((byte(i) & 0xC0U) != 0x80U) return 0;
       code = code << 6U | (byte(i) & 0x3FU);
     }
+    // Halves of UTF-16's pairs are no characters (RFC 3629), and 0x10FFFF is the last one.
     const bool surrogate = code >= 0xD800 && code <= 0xDFFF;
     return code < form.least || code > 0x10FFFF || surrogate ? 0 : more + 1;
   }

@@ -12,7 +12,7 @@ namespace morphbus::elementary {
 /// hi + lo, with hi the double nearest to the sum.
 struct DoubleDouble {
   double hi = 0;
-  double lo = 0;
+  double lo = 0;  ///< At most half a unit in the last place of `hi`.
 };
 
 /// a + b exactly, where |a| >= |b| or a is 0 (Dekker's Fast2Sum).
@@ -44,6 +44,7 @@ constexpr DoubleDouble Product(double a, double b) {
   return {product, ((x.hi * y.hi - product) + x.hi * y.lo + x.lo * y.hi) + x.lo * y.lo};
 }
 
+/// Exact: a sign is a bit of its own.
 constexpr DoubleDouble operator-(const DoubleDouble& a) { return {-a.hi, -a.lo}; }
 
 /// Relative error at most 2^-104, also where a and b nearly cancel each other.
@@ -53,6 +54,7 @@ constexpr DoubleDouble operator+(const DoubleDouble& a, const DoubleDouble& b) {
   return FastSum(both.hi, lower.lo + both.lo);
 }
 
+/// The relative error is that of the sum.
 constexpr DoubleDouble operator-(const DoubleDouble& a, const DoubleDouble& b) { return a + -b; }
 
 /// Relative error at most 2^-102.

@@ -2,7 +2,8 @@
 
 namespace morphbus::elementary {
 
-/// The natural logarithm, correctly rounded. -infinity for 0, NaN below.
+/// The natural logarithm, correctly rounded for every x, so that every machine gets the same bits
+/// (docs/arithmetic.md). -infinity for 0, NaN below.
 double Logarithm(double x);
 
 }  // namespace morphbus::elementary

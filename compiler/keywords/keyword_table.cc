@@ -65,7 +65,7 @@ Keyword& KeywordTable::Add(int type, vm::KeywordKind kind, const std::string& sp
   return all_[index];
 }
 
-// A table has a few dozen entries, and a program some more lookups.
+// A table has a few dozen entries, and a program some hundred lookups: a search in order is enough.
 int KeywordTable::Find(vm::KeywordKind kind, const std::string& spelling) const {
   for (size_t i = 0; i < all_.size(); ++i) {
     if (all_[i].kind == kind && all_[i].spelling == spelling) return static_cast<int>(i);

@@ -35,15 +35,19 @@ class KeywordTable {
   /// Keyword::types has a bit for each.
   static Result<KeywordTable> Of(const std::vector<ModuleKeywords>& types);
 
+  /// The keywords in the order in which the types have them, each where the first type has it.
   [[nodiscard]] const std::vector<Keyword>& all() const { return all_; }
   /// True if it was made of no module types, so that a program can use no keyword at all.
   [[nodiscard]] bool empty() const { return all_.empty(); }
-  /// Index of the keyword in all(), -1 if no module type has it.
+  /// Index of the keyword in all(), -1 if no module type has it. `spelling` is compared as it is,
+  /// capitals and all.
   [[nodiscard]] int Find(vm::KeywordKind kind, const std::string& spelling) const;
   /// Spellings of one kind, for suggestions.
   [[nodiscard]] std::vector<std::string> Spellings(vm::KeywordKind kind) const;
 
  private:
+  /// Notes that module type number `type` has the keyword, and returns its entry, which is made if
+  /// no type before had it; the reference is valid until the next call.
   Keyword& Add(int type, vm::KeywordKind kind, const std::string& spelling);
 
   std::vector<Keyword> all_;

@@ -31,6 +31,7 @@ void AppendState(pugi::xml_node parent, const StateKeyword& state) {
     xml::Set(node, "type", "bool");
     return;
   }
+  // All values of a state are of one type, of which the first tells.
   const bool is_number = std::holds_alternative<double>(state.values.front());
   xml::Set(node, "type", is_number ? "number" : "string");
   for (const model::AttributeValue& value : state.values) {
@@ -64,6 +65,8 @@ class Reader {
     for (const pugi::xml_node& node : document_.children()) {
       if (node != root && node.type() != pugi::node_declaration) Unexpected(node);
     }
+    // From here on errors are only noted: each reader goes on with an empty item, and Read fails at
+    // its end.
     CheckAttributes(root, {"version", "name"});
     if (error_.empty() && std::string_view(Required(root, "version")) != std::to_string(kVersion)) {
       Bad(root,
@@ -138,6 +141,7 @@ class Reader {
   double NumberOf(const pugi::xml_node& node) {
     const std::string text = TextOf(node);
     double number = 0.0;
+    // from_chars depends on no locale; "inf" and "nan", which it reads, are no values of a state.
     const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), number);
     if (code != std::errc() || end != text.data() + text.size() || !std::isfinite(number)) {
       Bad(node, fmt::format("'{}' is no number", text));
@@ -167,6 +171,7 @@ class Reader {
   std::string Name(const pugi::xml_node& node) {
     // The length is counted in characters, as the schema does, not in bytes.
     std::string name = Required(node, "name");
+    // A character of UTF-8 is counted by its first byte; the others have the bits 10 in front.
     const auto begins = [](char c) { return (static_cast<unsigned char>(c) & 0xc0u) != 0x80u; };
     if (name.empty() || std::count_if(name.begin(), name.end(), begins) > kMaxName) {
       Bad(node, "name is empty or too long");
@@ -220,6 +225,7 @@ class Reader {
       }
       connector.states.push_back(ReadState(child));
     }
+    // States are unique within their connector only.
     CheckClashes(node, connector.states);
     return connector;
   }
@@ -229,6 +235,7 @@ class Reader {
     // The type of a state says how its values are read.
     const std::string_view type = Required(node, "type");
     if (type == "bool") {
+      // In the order of M3L's [bool], for a value is sent as its index (connector_command_t).
       state.values = {false, true};
       NoChildren(node);
       return state;

@@ -38,6 +38,7 @@ Result<ModuleKeywords> KeywordsOf(const model::ModuleType& type) {
   // III B).
   ModuleKeywords keywords;
   keywords.type_name = type.name;
+  // In the order of M3L, which is that of the file of keywords, too.
   for (const model::Link& link : type.links) {
     keywords.links.push_back({link.name, "LINK_" + Capitals(link.name)});
   }

@@ -36,6 +36,7 @@ pugi::xml_node AppendText(pugi::xml_node parent, const char* element, const std:
 
 void Comment(pugi::xml_node parent, std::string text) {
   // Every pair is parted, also in a longer row of them.
+  // XML allows no "--" within a comment.
   for (size_t at = text.find("--"); at != std::string::npos; at = text.find("--", at)) {
     text.insert(at + 1, " ");
   }

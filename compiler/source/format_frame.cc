@@ -44,6 +44,7 @@ std::optional<std::string> IfUnchanged(const SourceSet& sources, int file, const
       Content(sources.text(file), lexis.tokens(sources, file, &found), lexis.hash_comments);
   const std::string after =
       Content(again.text(copy), lexis.tokens(again, copy, &found), lexis.hash_comments);
+  // Only white space may differ: the same tokens with the same comments in the gaps between them.
   if (!found.had_errors() && before == after) return formatted;
   diagnostics->Error({file, 0, 0}, "cannot be laid out without changing it; please report this");
   return std::nullopt;

@@ -101,7 +101,7 @@ LayoutWriter::LayoutWriter(std::vector<LayoutToken> tokens)
 }
 
 void LayoutWriter::EndLine() {
-  // A line that holds nothing but indentation is taken back.
+  // A line that holds nothing but indentation is taken back: callers may ask for a new line twice.
   if (fresh_) {
     out_.resize(line_begin_);  // Nothing but indentation.
   } else {
@@ -227,7 +227,8 @@ void LayoutWriter::Broken(size_t begin, size_t end, size_t indent) {
 void LayoutWriter::Fill(size_t begin, size_t end, size_t indent, bool spread) {
   size_t part = begin;
   while (part < end) {
-    // A part ends at the next possible break outside of all brackets that it opens.
+    // A part ends at the next possible break outside of all brackets that it opens: what is in
+    // brackets hangs together, and is broken up only if it fits on no line as a whole.
     size_t next = part;
     int depth = 0;
     do {
