@@ -12,6 +12,7 @@ Transport MeasureTransport(const RobotMotion& motion, double energy_j, int64_t b
                            int64_t end_us) {
   Transport transport;
   if (motion.track.empty()) return transport;
+  // The straight way from beginning to end, not the path: swaying brings a robot nowhere.
   const Eigen::Vector3d way =
       SampleAt(motion.track, end_us).p_WCm - SampleAt(motion.track, begin_us).p_WCm;
   // Up is y: what is climbed is in the energy.
@@ -27,6 +28,7 @@ EnergyMeter::EnergyMeter(const RobotMotion& motion)
     : first_us_(motion.first_us), tick_us_(motion.tick_us) {
   for (const JointSeries& joint : motion.joints) {
     until_.resize(std::max(until_.size(), joint.position.size()), 0.0);
+    // until_ holds what each tick turned over first, and sums up to it after the last joint.
     for (size_t k = 1; k < joint.position.size(); ++k) {
       // The effort of a tick is told at its end, as is where the joint came.
       const double work = joint.effort[k] * (joint.position[k] - joint.position[k - 1]);
@@ -43,6 +45,7 @@ double EnergyMeter::Between(int64_t begin_us, int64_t end_us) const {
 
 double EnergyMeter::Until(int64_t time_us) const {
   if (until_.empty() || time_us <= first_us_) return 0.0;
+  // Within a tick the energy is taken to grow evenly, since efforts are means over it.
   const auto ticks = static_cast<double>(time_us - first_us_) / tick_us_;
   const auto k = static_cast<size_t>(ticks);
   if (k + 1 >= until_.size()) return until_.back();

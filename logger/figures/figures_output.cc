@@ -12,6 +12,7 @@ namespace {
 
 using Json = nlohmann::json;
 
+// Figures are radians; people are told degrees.
 constexpr double kFigureDegrees = 180.0 / EIGEN_PI;
 
 Json VectorToJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -40,6 +41,8 @@ std::string EnergyText(double energy_j, const Transport& transport) {
 /// How hard motors worked, and what links bore.
 Json LoadsJson(const RunFigures& f) {
   Json joints = Json::object(), links = Json::object();
+  // Objects by name and not lists, so that a script finds a joint or link whatever else the robot
+  // has.
   for (const JointLoad& joint : f.joint_loads) {
     joints[joint.name] = {{"rms", joint.rms}, {"peak", joint.peak}};
   }
@@ -52,6 +55,7 @@ Json LoadsJson(const RunFigures& f) {
 /// The keys that say how the trunk went and turned; null for a run without WORLD.
 Json WalkJson(const RunFigures& f) {
   if (!f.has_world) return nullptr;
+  // A value for each cycle; empty without a gait, as cycle_s is 0.
   Json north = Json::array(), turn = Json::array();
   if (f.gait) {
     for (const GaitCycle& cycle : f.gait->cycles) {
@@ -75,7 +79,9 @@ Json GaitJson(const std::optional<Gait>& gait) {
                {"cycles", gait->num_cycles()},
                {"begin", Seconds(gait->times_us.front())},
                {"end", Seconds(gait->times_us.back())}};
+  // Without WORLD a gait has times and ranges only, and those of joints are in no key.
   if (gait->cycles.empty()) return json;
+  // Means over the cycles; energy and cost as docs/cli.md, "Figures", has them.
   json["forward_m"] = gait->forward_m;
   json["sideways_m"] = gait->left_m;
   json["turn_rad"] = gait->turn_rad;
@@ -98,6 +104,8 @@ Json GaitJson(const std::optional<Gait>& gait) {
 }
 
 Json FiguresJson(const RunFigures& f) {
+  // Every key is there in every run, so that a script can tell "not known" from a name that it
+  // wrote wrong.
   Json json = {{"displacement", nullptr},
                {"root_displacement", nullptr},
                {"path_length", nullptr},
@@ -124,6 +132,7 @@ std::vector<std::pair<std::string, std::string>> FigureLines(const RunFigures& f
   const auto add = [&lines](const char* name, std::string value) {
     lines.emplace_back(name, std::move(value));
   };
+  // Places and energy are known of a simulated world only.
   if (f.has_world) {
     add("moved", WayText(f.displacement));
     add("root body moved", WayText(f.root_displacement));
@@ -142,6 +151,7 @@ std::vector<std::pair<std::string, std::string>> FigureLines(const RunFigures& f
       fmt::format("cycle of {:.2f} s: {} from {:.2f} s on", gait.cycle_s,
                   Counted(gait.num_cycles(), "whole cycle"), Seconds(gait.times_us.front())));
   if (gait.cycles.empty()) return lines;
+  // A cycle's way is told in millimetres: it is seldom as long as a metre.
   add("a cycle",
       fmt::format("{:.1f} mm forward, {:+.1f} mm to the left, {:+.2f} degrees",
                   gait.forward_m * 1e3, gait.left_m * 1e3, gait.turn_rad * kFigureDegrees));

@@ -27,6 +27,7 @@ bool IsIndex(int i, size_t size) { return i >= 0 && static_cast<size_t>(i) < siz
 bridge::LinkPose PoseOf(const morphbus::body_pose_t& body) {
   const double* p = body.position_m;
   const double* q = body.orientation_wxyz;
+  // The numbers are those of a message; only a quaternion of length 1 is a rotation.
   return {Eigen::Vector3d(p[0], p[1], p[2]),
           Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized()};
 }
@@ -110,6 +111,8 @@ MotionGatherer::MotionGatherer(const RunLog& log, model::LinkRef root)
       trunk_(Trunk(model_, robot_)) {
   motion_.tick_us = log.tick_us;
   motion_.realtime = log.facts.mode == "realtime";
+  // At the start, where joints have their start values, R is where the model has it; from then on
+  // the root's body carries it along.
   const model::KinematicState start =
       model::ForwardKinematics(model_, robot_, model::StartValues(robot_));
   // R in the frame of the link that carries it.
@@ -123,6 +126,8 @@ MotionGatherer::MotionGatherer(const RunLog& log, model::LinkRef root)
       LinkShape shape{&type.links[l].hull, Eigen::Vector3d::Zero(), 0.0, mass.mass_kg,
                       mass.p_LoLcm_L};
       for (const Eigen::Vector3d& p : *shape.hull) {
+        // The ball is round the mean of the corners; it need not be the smallest one, since it only
+        // spares most links the look at all corners.
         shape.centre += p / static_cast<double>(shape.hull->size());
       }
       for (const Eigen::Vector3d& p : *shape.hull) {
@@ -146,15 +151,19 @@ MotionGatherer::MotionGatherer(const RunLog& log, model::LinkRef root)
 std::optional<size_t> MotionGatherer::Slot(int64_t time_us) {
   const int64_t tick_us = motion_.tick_us;
   if (tick_us <= 0 || motion_.joints.empty()) return std::nullopt;
+  // The first message of all gives the origin, to which all others are counted in ticks.
   if (num_slots_ == 0) motion_.first_us = time_us;
   // Half a tick of rounding is none; a difference of two extreme numbers is no time.
   if (std::abs(time_us / tick_us - motion_.first_us / tick_us) >
       static_cast<int64_t>(num_slots_) + kMostMissing) {
     return std::nullopt;
   }
+  // Rounded to the nearest tick: integer division goes towards zero, so that half a tick is added
+  // away from it.
   const int64_t slot =
       (time_us - motion_.first_us + (time_us < motion_.first_us ? -1 : 1) * (tick_us / 2)) /
       tick_us;
+  // All rows have the same length and the same first tick.
   const auto grow = [&](size_t before, size_t behind) {
     for (JointSeries& joint : motion_.joints) {
       for (std::vector<double>* row :
@@ -214,6 +223,8 @@ void MotionGatherer::NoteLoads(const std::vector<morphbus::contact_force_t>& con
     if (!IsIndex(m, shapes_.size()) || !IsIndex(l, shapes_[m].size())) continue;
     const Eigen::Vector3d f_W = Eigen::Map<const Eigen::Vector3f>(contact.force_n).cast<double>();
     LinkLoad& load = loads_[{m, l}];
+    // A sum for now: Gather divides by the number of ticks of which WORLD is known, those without a
+    // push included.
     load.mean_W += f_W;
     load.peak_n = std::max(load.peak_n, f_W.norm());
   }
@@ -241,6 +252,7 @@ void MotionGatherer::Place(const WorldSample& world) {
   sample.time_us = world.time_us;
   double kg = 0.0;
   for (size_t b = 0; b < bodies.size(); ++b) {
+    // A body's moment about its own origin, turned into W, and its mass at that origin (kg m).
     sample.p_WCm += masses_[b].kg * X_WB[b].position + X_WB[b].rotation * masses_[b].moment;
     kg += masses_[b].kg;
   }
@@ -262,6 +274,8 @@ bridge::Dockings MotionGatherer::DockingsBy(int64_t time_us) const {
   bridge::Dockings dockings = bridge::DeclaredDockings(model_, robot_);
   const auto later = [](int64_t time, const SensorSample& sample) { return time < sample.time_us; };
   for (const ModuleSeries& module : log_.modules) {
+    // The last sample that is not later than the time; before a module's first one it counts as
+    // docked as declared.
     const auto next =
         std::upper_bound(module.sensors.begin(), module.sensors.end(), time_us, later);
     if (module.model_index < 0 || next == module.sensors.begin()) continue;
@@ -276,12 +290,16 @@ bridge::Dockings MotionGatherer::DockingsBy(int64_t time_us) const {
 
 void MotionGatherer::LayOut(const std::vector<BodyName>& bodies, int64_t time_us) {
   bodies_ = bodies;
+  // Where a link lies in its body changes neither with time nor with joints, so that it is found
+  // once a layout.
   places_ = bridge::PlacesInBodies<bridge::LinkPose>(model_, robot_, DockingsBy(time_us), bodies);
   masses_.assign(bodies.size(), {});
   complete_ = !bodies.empty();
   for (size_t m = 0; m < places_.size(); ++m) {
     for (size_t l = 0; l < places_[m].size(); ++l) {
       const bridge::LinkPlace& place = places_[m][l];
+      // A link in no known body makes the centre of mass unknown, and the ticks of this layout are
+      // left out.
       if (place.body < 0) {
         complete_ = false;
         continue;

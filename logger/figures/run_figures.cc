@@ -15,8 +15,8 @@ namespace {
 /// 1 mm.
 constexpr double kAngleTolerance = 1.0 * EIGEN_PI / 180.0;
 constexpr double kTravelTolerance = 1e-3;
-/// By how many ticks a command may be early or late; in real time, where nobody waits for who is
-/// late, by so much time.
+/// By how many ticks a command may be early or late; in real time, where a tick does not wait for
+/// late messages, by so much time.
 constexpr int kSlackTicks = 2;
 constexpr int64_t kRealtimeSlackUs = 150'000;
 /// Joints that repeat follow the commands if their mismatch (gait_cycle.h) is below this: they lag
@@ -44,6 +44,8 @@ void AddPositions(const JointSeries& joint, const std::vector<double>& row,
     signals->push_back({row, ToleranceOf(joint)});
     return;
   }
+  // Cosine and sine together are an angle without its whole turns; near 0 their differences are
+  // radians, so that the tolerance stays the same.
   Signal cosine{row, kAngleTolerance}, sine{row, kAngleTolerance};
   for (double& x : cosine.values) x = std::cos(x);
   for (double& x : sine.values) x = std::sin(x);
@@ -55,6 +57,7 @@ void AddPositions(const JointSeries& joint, const std::vector<double>& row,
 std::vector<Signal> Commands(const RobotMotion& motion) {
   std::vector<Signal> signals;
   for (const JointSeries& joint : motion.joints) {
+    // Target and velocity are two signals, of which at most one changes while a joint has one mode.
     AddPositions(joint, joint.target, &signals);
     if (!joint.velocity.empty() && !std::isnan(joint.velocity.front())) {
       signals.push_back({joint.velocity, ToleranceOf(joint)});
@@ -83,6 +86,8 @@ CycleSearch FindGait(const RobotMotion& motion) {
   // Without sensors there are the commands alone.
   if (!search.cycle || positions.empty()) return search;
   const FoundCycle& cycle = *search.cycle;
+  // What joints are told need not happen: they may stall, or be pushed elsewhere. A gait is in
+  // both.
   const std::optional<double> mismatch =
       Mismatch(positions, cycle.period, static_cast<int>(cycle.begins.front()),
                static_cast<int>(cycle.begins.back()), options.slack_ticks);
@@ -99,6 +104,7 @@ void MeasureWay(const std::vector<RobotSample>& track, Gait* gait) {
     GaitCycle cycle;
     cycle.begin_us = gait->times_us[i];
     cycle.end_us = gait->times_us[i + 1];
+    // A cycle need not begin at a tick: both ends are taken from between two samples.
     const RobotSample begin = SampleAt(track, cycle.begin_us);
     const RobotSample end = SampleAt(track, cycle.end_us);
     cycle.advance = end.p_WCm - begin.p_WCm;
@@ -127,6 +133,7 @@ void MeasureEffort(const RobotMotion& motion, const EnergyMeter& energy, Gait* g
   }
   gait->energy_j = MeanOf(gait->cycles, [](const GaitCycle& c) { return c.energy_j; });
   const int64_t begin_us = gait->times_us.front(), end_us = gait->times_us.back();
+  // Of all cycles together and not as a mean: the way of a single cycle may be next to nothing.
   gait->transport = MeasureTransport(motion, energy.Between(begin_us, end_us), begin_us, end_us);
 }
 
@@ -149,6 +156,8 @@ std::vector<JointLoad> JointLoadsOf(const RobotMotion& motion) {
 
 /// How long each link stands, of the instants of all cycles.
 void MeasureDuties(const RobotMotion& motion, Gait* gait) {
+  // Stances are told in indices of the track, and so are the cycles here: from the first sample of
+  // the first one up to and without the first behind the last.
   const auto index = [&](int64_t time_us) {
     const auto found = std::lower_bound(
         motion.track.begin(), motion.track.end(), time_us,
@@ -172,12 +181,14 @@ void MeasureRanges(const RobotMotion& motion, Gait* gait) {
   for (const JointSeries& joint : motion.joints) {
     if (joint.position.empty() || std::isnan(joint.position.front())) continue;
     const auto at = [&](int64_t time_us) {
+      // The first tick that is not before the time, and never behind the last.
       const int64_t slot = (time_us - motion.first_us + motion.tick_us - 1) / motion.tick_us;
       return joint.position.begin() + std::min(slot, static_cast<int64_t>(joint.position.size()));
     };
     double sum = 0.0;
     for (int i = 0; i < gait->num_cycles(); ++i) {
       const auto begin = at(gait->times_us[i]), end = at(gait->times_us[i + 1]);
+      // A log that ends early, or has a hole, may know nothing of a cycle.
       if (begin == end) continue;
       const auto [least, most] = std::minmax_element(begin, end);
       sum += *most - *least;
@@ -228,6 +239,7 @@ RobotSample SampleAt(const std::vector<RobotSample>& track, int64_t time_us) {
   if (after == track.begin() || after->time_us == time_us) return *after;
   const RobotSample& a = *(after - 1);
   const RobotSample& b = *after;
+  // The straight way between both places, and of the trunk the shortest rotation (slerp).
   const double part =
       static_cast<double>(time_us - a.time_us) / static_cast<double>(b.time_us - a.time_us);
   return {time_us, a.p_WCm + part * (b.p_WCm - a.p_WCm), a.p_WR + part * (b.p_WR - a.p_WR),
@@ -235,6 +247,9 @@ RobotSample SampleAt(const std::vector<RobotSample>& track, int64_t time_us) {
 }
 
 double TurnBetween(const RobotSample& a, const RobotSample& b) {
+  // The twist of a rotation about y is the part (w, y) of its quaternion, scaled to length 1
+  // (swing-twist decomposition); its angle is brought to the half-open range of one turn around 0.
+  // Positive about y is from north (x) to west (-z).
   const Eigen::Quaterniond turn = b.q_WT * a.q_WT.conjugate();
   return std::remainder(2.0 * std::atan2(turn.y(), turn.w()), 2.0 * EIGEN_PI);
 }
@@ -249,6 +264,7 @@ RunFigures FiguresOf(const RunLog& log) {
   figures.why_no_gait = search.why_not;
   if (search.cycle) {
     Gait& gait = figures.gait.emplace();
+    // FindCycle counts in ticks from the signals' first one, and in parts of ticks.
     for (const double begin : search.cycle->begins) {
       gait.times_us.push_back(motion.first_us + std::llround(begin * motion.tick_us));
     }
