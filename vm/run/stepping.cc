@@ -33,6 +33,7 @@ RunResult RunInSteps(const VerifiedProgram& program, const RoleContext& role, Pr
     int32_t left = affordable ? cost : *budget;
     const int32_t given = left;
     result = RunTask(program, role, host, &task->stack, &left);
+    // What the step has taken from what it was given, so that the budget ends as without steps.
     *budget -= given - left;
     if (!affordable) break;
   } while (result.status == RunStatus::kOutOfBudget);

@@ -144,6 +144,7 @@ void FollowJoints(Context& context, const TickInput& input) {
       const KinJoint& joint = kin.joint(j);
       const bool has_a = (placed >> joint.link_a & 1u) != 0;
       const bool has_b = (placed >> joint.link_b & 1u) != 0;
+      // Where neither link is placed yet, a later pass has its turn.
       if (has_a == has_b) continue;
       const PoseF X_BA = Motion(joint, static_cast<float>(input.joint_position[j]));
       if (has_b) {
@@ -207,6 +208,8 @@ bool LiesTowards(const Context& context, int connector, Direction d) {
   const Vec3 place_R = Add(X_RL.p, Rotate(X_RL.q, neighbour.place_L));
   const Vec3 displacement = Subtract(place_R, PlaceOf(context));
   const float distance = Norm(displacement);
+  // The product is with sin 15 deg because the angle is counted out of the plane normal to the
+  // direction.
   return distance > kSamePlace && Dot(displacement, UnitOf(d)) >= kSin15 * distance;
 }
 
@@ -218,6 +221,7 @@ Vec3 JointDirection(const Context& context, int joint) {
 bool LiesAlong(const Context& context, int joint, Axis axis) {
   if (axis == Axis::kAny) return true;
   if (!context.state.pose.has) return false;
+  // Within 15 deg of the axis, either way round: an axis has no sign.
   return std::fabs(Dot(JointDirection(context, joint), UnitOf(axis))) >= kCos15;
 }
 

@@ -12,7 +12,8 @@ bool IsFrom(const Invocation& invocation, const OriginRecord& origin) {
   return invocation.origin == origin.module && invocation.origin_incarnation == origin.incarnation;
 }
 
-/// First and one past the last of an origin's records are neighbours, since they are sorted.
+/// Where the record of an origin is, or where it belongs: records are sorted by module and
+/// incarnation, so that those of all lives of one module stand side by side.
 int Place(const DiffusionState& d, uint16_t module, uint32_t incarnation) {
   int i = 0;
   while (i < d.num_origins &&
@@ -107,8 +108,8 @@ void TakeAcks(Context& context, int c, const NeighbourMessage& message) {
   }
 }
 
-/// Of an origin that nobody has told us of before, we begin with the oldest that any neighbour
-/// keeps.
+/// Of an origin that no neighbour has told us of before, we begin with the oldest that any
+/// neighbour keeps.
 void LearnOrigins(Context& context, const NeighbourMessage& message) {
   for (int a = 0; a < message.num_acks; ++a) {
     const InvocationAck& ack = message.acks[a];
@@ -128,7 +129,8 @@ void LearnOrigins(Context& context, const NeighbourMessage& message) {
 }
 
 /// Where neighbours keep only later ones than we lack, the row is broken (we were cut off while
-/// those passed); after kSilentTicks nobody will bring them any more, and we go on behind the gap.
+/// those passed); after kSilentTicks no neighbour will bring them any more, and we go on behind the
+/// gap.
 void MendGaps(Context& context, const Inbox& inbox) {
   DiffusionState& d = context.state.diffusion;
   for (int i = 0; i < d.num_origins; ++i) {
@@ -144,7 +146,7 @@ void MendGaps(Context& context, const Inbox& inbox) {
         if (lowest == 0 || ack.floor < lowest) lowest = ack.floor;
       }
     }
-    // Nobody offers anything beyond a gap: the next one may still come.
+    // No neighbour offers anything beyond a gap: the next one may still come.
     if (lowest == 0) continue;
     if (origin.gap_since_tick < 0) origin.gap_since_tick = context.state.tick;
     if (context.state.tick - origin.gap_since_tick <= kSilentTicks) continue;
@@ -220,6 +222,7 @@ bool Issue(Context& context, int role, int command, const Cell* arguments, int c
   DiffusionState& d = context.state.diffusion;
   // Half of the store stays free for what others send.
   constexpr int kMostOwn = kMaxInvocations / 2;
+  // The fault is prepared before each test that may fail, and cleared once all have passed.
   fault->code = FaultCode::kInvocationNotSent;
   fault->limit = kMostOwn;
   if (d.num_kept >= kMostOwn) return false;
@@ -307,7 +310,8 @@ int FillInvocations(Context& context, NeighbourMessage* message) {
   if (d.num_origins > 0) {
     d.next_ack = static_cast<uint8_t>((d.next_ack + 1) % d.num_origins);
   }
-  // Oldest first, so that of each origin the lowest id that somebody lacks comes before later ones.
+  // Oldest first, so that of each origin the lowest id that a neighbour lacks comes before later
+  // ones.
   for (int i = 0; i < d.num_kept && message->num_invocations < kMaxMessageInvocations; ++i) {
     message->invocations[message->num_invocations++] = d.kept[i].invocation;
   }

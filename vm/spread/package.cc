@@ -20,17 +20,21 @@ void WriteNumber(uint64_t value, int bytes, uint8_t* out) {
 uint64_t PackageId(uint64_t image_hash, const PackageHead& head) {
   if (head.switch_tick == 0 && head.number == 0) return image_hash;
   Digest digest;
+  // The head is part of the name: an image that is deployed for another tick, or once more, is
+  // another package.
   digest.Add(image_hash, head.switch_tick, head.number);
   return digest.value();
 }
 
 void WritePackageHead(const PackageHead& head, uint8_t* out) {
+  // Magic word, number and tick: 16 bytes, kPackageHeadBytes.
   WriteNumber(kMagic, 4, out);
   WriteNumber(head.number, 4, out + 4);
   WriteNumber(static_cast<uint64_t>(head.switch_tick), 8, out + 8);
 }
 
 bool ReadPackage(const uint8_t* bytes, uint32_t size, Package* out) {
+  // The bytes come from other modules, piece by piece; a head without an image is none.
   if (size <= kPackageHeadBytes || size > kMaxPackageBytes) return false;
   if (image::ReadU32(bytes) != kMagic) return false;
   out->number = image::ReadU32(bytes + 4);

@@ -15,8 +15,9 @@ namespace morphbus::vm {
 struct PackageHead {
   /// The program is run from this tick of the root's clock on; 0: from when it is there.
   int64_t switch_tick = 0;
-  /// Whoever deploys counts from 2 up: of two packages that are given to modules which have not
-  /// heard of each other the later one is newer. 0: it is newer than what its module has heard of.
+  /// The run that deploys counts its packages from 2 up: of two that are given to modules which
+  /// have not heard of each other the later one is newer. 0: it is newer than what its module has
+  /// heard of.
   uint32_t number = 0;
 };
 
