@@ -17,6 +17,8 @@ using bridge::NumberHash;
 
 /// The elementary functions that a run's numbers may come from, as they are bound in this program.
 void AddElementaryFunctions(NumberHash* results) {
+  // By their addresses: meant is what this program is linked with, and not what a compiler works
+  // out in its place.
   using OfOne = double (*)(double);
   const std::array<OfOne, 20> of_one = {std::sin,   std::cos,   std::tan,   std::asin,  std::acos,
                                         std::atan,  std::sinh,  std::cosh,  std::tanh,  std::asinh,
@@ -25,6 +27,7 @@ void AddElementaryFunctions(NumberHash* results) {
   using OfTwo = double (*)(double, double);
   const std::array<OfTwo, 3> of_two = {std::atan2, std::pow, std::hypot};
   // Where a function is not defined it says so, which is one value more.
+  // From where a function is next to its argument up to where the exponential overflows (exp(710)).
   for (const double x : {1e-9, 0.01, 0.3, -0.77, 0.999, 1.0, 1.7, -2.9, 31.4, 710.0}) {
     for (const OfOne function : of_one) results->Add(function(x));
     for (const double y : {0.6, -3.3}) {
@@ -49,6 +52,7 @@ class TestWorld {
     AddBody(0.2, &brick_, btTransform(askew, btVector3(0.004, 0.106, 0.003)));
     bodies_.back()->setLinearVelocity(btVector3(0.1, -0.7, 0.2));
     bodies_.back()->setAngularVelocity(btVector3(1.0, 2.0, -3.0));
+    // The pivot lies in the middle of the gap between the two.
     const btVector3 pivot(0.032, 0.01, 0.0);
     hinge_ = std::make_unique<btHingeConstraint>(*bodies_[1], *bodies_[2], pivot,
                                                  pivot * btVector3(-1, 1, 1), btVector3(0, 0, 1),
@@ -65,8 +69,10 @@ class TestWorld {
   /// A hundred steps of a millisecond; adds where the bodies are and how they move.
   void Run(NumberHash* results) {
     for (int step = 0; step < 100; ++step) {
+      // The motor's velocity swings, so that it both drives and brakes; its impulse is limited.
       hinge_->enableAngularMotor(true, 6.0 * std::sin(0.05 * step), 0.002);
       dynamics_.stepSimulation(1e-3, 0, 1e-3);
+      // Ten states are enough: a difference in one step is in all steps after it.
       if (step % 10 == 9) AddState(results);
     }
   }
@@ -83,6 +89,7 @@ class TestWorld {
     info.m_startWorldTransform = place;
     info.m_friction = 0.9;
     bodies_.push_back(std::make_unique<btRigidBody>(info));
+    // As in a World: a body that goes to sleep would depend on thresholds of its own.
     bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
     dynamics_.addRigidBody(bodies_.back().get());
   }
@@ -90,6 +97,7 @@ class TestWorld {
   void AddState(NumberHash* results) const {
     for (const auto& body : bodies_) {
       const btTransform& place = body->getWorldTransform();
+      // Of a rotation two rows: the third follows from them.
       for (const btVector3& v : {place.getOrigin(), place.getBasis()[0], place.getBasis()[1],
                                  body->getLinearVelocity(), body->getAngularVelocity()}) {
         for (int k = 0; k < 3; ++k) results->Add(v[k]);

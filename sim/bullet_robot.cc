@@ -188,7 +188,7 @@ void BulletRobot::Truth(std::vector<morphbus::body_pose_t>* out) {
 void BulletRobot::Actuate(const morphbus::actuator_t& command) {
   const int modules = static_cast<int>(robot().modules.size());
   if (command.module_id < 0 || command.module_id >= modules) return;
-  // It takes effect in Advance(), when all have spoken.
+  // It takes effect in Advance(), when the commands of all modules are there.
   pending_.push_back(command);
 }
 
@@ -211,6 +211,8 @@ void BulletRobot::StepPhysics() {
     f_W.emplace_back(links.size(), Eigen::Vector3d::Zero());
   }
   const int steps = options_.tick_us / options_.physics_step_us;
+  // Efforts and forces are summed over the steps and divided by their number below: means over the
+  // tick, whatever the step is.
   for (int i = 0; i < steps; ++i) {
     world_->Step();
     for (size_t j = 0; j < effort.size(); ++j) {
@@ -229,6 +231,7 @@ void BulletRobot::StepPhysics() {
   contacts_.clear();
   for (size_t m = 0; m < f_W.size(); ++m) {
     for (size_t l = 0; l < f_W[m].size(); ++l) {
+      // Only links that something has pushed are told, which are few.
       if (f_W[m][l].isZero(0.0)) continue;
       morphbus::contact_force_t& contact = contacts_.emplace_back();
       contact.module_id = static_cast<int16_t>(m);
@@ -251,6 +254,7 @@ void BulletRobot::ApplyConnectorCommands() {
   bool changed = false;
   for (const morphbus::actuator_t& actuator : pending_) {
     for (const morphbus::connector_command_t& command : actuator.connectors) {
+      // Not `changed || …`: every command must be carried out.
       changed = connections_.Command(actuator.module_id, command, poses) || changed;
     }
   }
@@ -268,7 +272,7 @@ void BulletRobot::ApplyJointCommands() {
       world_->Command(joint, {.mode = holds ? ServoMode::kHold : ServoMode::kLimp});
     }
   }
-  // Whoever is lost is not listened to any more, even if its last command is still there.
+  // The commands of a lost module count no more, even if its last one is still there.
   for (const morphbus::actuator_t& actuator : pending_) {
     if (lost_.contains(actuator.module_id)) continue;
     const std::vector<int>& joints = rigid_bodies.joint_of[actuator.module_id];
@@ -300,6 +304,7 @@ Result<void> BulletRobot::Push(const std::string& module, const Eigen::Vector3d&
                                const std::string& link, double seconds) {
   const std::optional<int> m = robot().FindModule(module);
   if (!m) return Fail("the robot has no module " + module);
+  // A link that is not named is the module's first one.
   const std::optional<int> l =
       link.empty() ? std::optional<int>(0) : model_->TypeOf(robot(), *m).FindLink(link);
   if (!l) return Fail("module " + module + " has no link " + link);

@@ -79,10 +79,12 @@ bool Connections::Command(int module, const morphbus::connector_command_t& comma
   value = command.value;
   // A variable that takes a new value can end a docking or make one.
   if (const std::optional<size_t> docking = FindDocking(robot_, module, command.connector)) {
+    // A connector that is mated comes apart if its states no longer allow it, and stays otherwise.
     if (StatesAllow(*model_, robot_, states_, robot_.dockings[*docking])) return false;
     Undock(*docking);
     return true;
   }
+  // A free one looks for a mate whose states allow the connection, too.
   const std::optional<model::Docking> mate =
       FindMate(*model_, robot_, link_poses(), module, command.connector, &states_);
   if (mate) Dock(*mate);

@@ -19,7 +19,8 @@ namespace morphbus::sim {
 /// Where every link is now (X_WL). It is asked for only when a free connector may find a mate.
 using LinkPosesNow = std::function<LinkPoseTable()>;
 
-/// A robot whose connections come and go. Whoever moves the bodies makes them anew after a change.
+/// A robot whose connections come and go. The class that moves the bodies makes them anew after a
+/// change.
 class Connections {
  public:
   /// As the model assembles `robot`, with connectors in the states that its connections need.

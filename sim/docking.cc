@@ -138,6 +138,7 @@ std::optional<Docking> FindMate(const model::Model& model, const model::Robot& r
                                 const LinkPoseTable& X_WL, int module, int connector,
                                 const ConnectorStates* states) {
   std::optional<Docking> mate;
+  // Of several that fit the nearest wins, whatever the order in which they are tried.
   double best = INFINITY;
   const End own{module, connector};
   // Every free connector of every other module is tried, as b and, for unlike members, as a.

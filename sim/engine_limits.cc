@@ -25,6 +25,9 @@ struct Extents {
 
 Extents ExtentsOf(const model::ConvexHull& hull) {
   Extents extents;
+  // The smallest distance is that along a face's normal: a plane on a face, and the parallel one
+  // through the farthest corner. Where two edges face each other it may be smaller still; then this
+  // is an upper bound.
   for (const model::HullFace& face : hull.faces) {
     double depth = 0.0;
     for (const Vector3d& p : hull.vertices) {
@@ -76,6 +79,7 @@ std::string WhyUnbearable(const model::ModuleType& type, int link) {
 }  // namespace
 
 Result<void> CheckShapes(const model::Model& model, const model::Robot& robot) {
+  // Each module type is looked at once, however many modules are of it.
   std::set<int> types;
   for (const model::ModuleInstance& module : robot.modules) types.insert(module.type);
   for (const int t : types) {
@@ -97,6 +101,7 @@ Result<void> CheckReach(const model::Model& model, const model::Robot& robot,
   for (const BodySpec& body : rigid_bodies.bodies) {
     for (const LinkSpec& link : body.links) {
       for (const std::vector<Vector3d>& part : link.parts_B) {
+        // Distances are from Bo, the body's centre of mass, round which the engine turns the body.
         for (const Vector3d& p : part) {
           // What is not a number fails the comparison, too.
           if (p.norm() <= kMostBodyReach) continue;

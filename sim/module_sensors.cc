@@ -20,6 +20,7 @@ class Noise {
   /// One draw of a normal distribution with mean 0 (Box and Muller's method).
   double Gaussian(double deviation) {
     constexpr double kUnit = 1.0 / 9007199254740992.0;  // 2^-53
+    // Half a unit keeps the first number from 0, whose logarithm is infinite.
     const double u = (static_cast<double>(Next() >> 11) + 0.5) * kUnit;
     const double turn = static_cast<double>(Next() >> 11) * kUnit * 2 * std::numbers::pi;
     return deviation * std::sqrt(-2 * std::log(u)) * std::cos(turn);
@@ -38,6 +39,8 @@ class Noise {
 
 /// Whether something touches the sensor's link on the side to which it looks, near enough.
 bool IsTouched(const World& world, const model::Sensor& sensor, LinkRef link, const Pose& X_WL) {
+  // Links lie at their module's frame when joints are at 0, so that M's coordinates are those of
+  // the link.
   const Vector3d p_WS = X_WL * sensor.p_MoSo_M;
   const Vector3d d_W = X_WL.linear() * sensor.direction;
   const std::vector<World::Touch> touches = world.Touches(link);
@@ -50,10 +53,12 @@ bool IsTouched(const World& world, const model::Sensor& sensor, LinkRef link, co
 
 /// Straight up in the frame of the link, turned a little by noise.
 Vector3d MeasuredUp(const Pose& X_WL, double deviation, Noise* noise) {
+  // Gravity pulls along -y of W, however the robot accelerates: this is an ideal inclinometer.
   const Vector3d up = X_WL.linear().transpose() * Vector3d::UnitY();
   if (deviation <= 0) return up;
   // Compilers evaluate arguments in an order of their own, so that each draw is a statement.
   Vector3d turn;
+  // Turns about three axes, small and independent, are one turn about their sum.
   for (double& angle : turn) angle = noise->Gaussian(deviation);
   const double angle = turn.norm();
   return angle > 0 ? Vector3d(Eigen::AngleAxisd(angle, turn / angle) * up) : up;
@@ -68,6 +73,7 @@ void SenseModule(const World& world, const model::Model& model, const model::Rob
   for (size_t i = 0; i < sensors.size(); ++i) {
     const model::Sensor& sensor = sensors[i];
     const Pose& X = X_WL[module][sensor.link];
+    // Each sensor has its own numbers at each tick, whether it takes them or not.
     Noise noise(seed, tick, module, i);
     switch (sensor.type) {
       case model::SensorType::kDistance: {

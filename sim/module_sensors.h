@@ -10,9 +10,10 @@
 
 namespace morphbus::sim {
 
-/// Adds what the sensors of module `module` measure now, in the order of their declaration: a
-/// distance in metres, a contact as 0 or 1, a tilt as the unit vector that points straight up in
-/// the frame of its link. Noise follows from `seed`, `tick`, module and sensor alone.
+/// Adds to what `out` has already what the sensors of module `module` measure now, in the order of
+/// their declaration: a distance in metres, a contact as 0 or 1, a tilt as the unit vector that
+/// points straight up in the frame of its link. Noise follows from `seed`, `tick`, module and
+/// sensor alone.
 void SenseModule(const World& world, const model::Model& model, const model::Robot& robot,
                  const LinkPoseTable& X_WL, int module, uint64_t seed, int64_t tick,
                  morphbus::module_sensors_t* out);

@@ -18,7 +18,8 @@ struct PoseNoise {
 };
 
 /// Tells the pose of a link in the robot frame R, which stays in the world where it was when the
-/// robot was put on the ground (world frame W, parallel to R).
+/// robot was put on the ground (world frame W, parallel to R). Readings depend on the seed and on
+/// how many came before.
 class RootSensor {
  public:
   /// `robot` is one of `model`'s, at its start values.
@@ -33,6 +34,7 @@ class RootSensor {
 
   Eigen::Vector3d p_WoRo_W_;  ///< Origin of the robot frame (m).
   PoseNoise noise_;
+  /// The same numbers on every machine, by the C++ standard.
   std::mt19937_64 random_;
 };
 

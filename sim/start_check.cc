@@ -30,6 +30,8 @@ double WayOut(const AlignedBox3d& robot, const AlignedBox3d& obstacle, const Vec
   double robot_end = 0.0;
   double obstacle_end = 0.0;
   for (int k = 0; k < 3; ++k) {
+    // The end of the robot that lies farthest along the direction, and that of the obstacle which
+    // lies least far along it.
     robot_end += direction(k) * (direction(k) > 0.0 ? robot.max()(k) : robot.min()(k));
     obstacle_end += direction(k) * (direction(k) > 0.0 ? obstacle.min()(k) : obstacle.max()(k));
   }
@@ -44,6 +46,8 @@ std::string WayOutText(const World& world, const World::Overlap& deepest) {
   const Way* best = nullptr;
   const bool plane = world.options().obstacles[deepest.obstacle].shape == world::Shape::kPlane;
   for (const Way& way : kWays) {
+    // The plane goes against the way on which the link would get out; in another direction it has
+    // to go farther, by one over the cosine between the two.
     const double along = -deepest.outward_W.dot(way.direction_W);
     const double metres =
         !plane ? WayOut(world.RobotBox(), world.ObstacleBox(deepest.obstacle), way.direction_W)
@@ -71,6 +75,7 @@ Result<void> CheckStart(World* world, const model::Model& model, const model::Ro
   int obstacles = 0;
   for (size_t i = 0; i < overlaps.size(); ++i) {
     const World::Overlap& overlap = overlaps[i];
+    // They are sorted by obstacle and depth: the first one of an obstacle is its deepest.
     if (i > 0 && overlaps[i - 1].obstacle == overlap.obstacle) continue;
     if (++obstacles > kMostTold) continue;
     ++told;

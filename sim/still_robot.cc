@@ -43,6 +43,7 @@ StillRobot::StillRobot(std::shared_ptr<const model::Model> model, const model::R
       still.start = start[m][joints.size() - 1];
       const ServoLimits limits{std::min(0.0, joint.lower - still.start),
                                std::max(0.0, joint.upper - still.start), joint.speed};
+      // Without a body nothing is asked of a motor, so that the gain does not matter.
       still.servo = Servo(limits, 0);
     }
   }
@@ -74,6 +75,7 @@ void StillRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
 void StillRobot::SenseNothing(int module, morphbus::module_sensors_t* out) {
   const model::ModuleType& type = model_->TypeOf(connections_.robot(), module);
   if (type.sensors.empty()) return;
+  // Not LinkPoses(): poses that are kept would make new anchors in Advance.
   const LinkPoseTable X_RL = ComputeLinkPoses();
   for (const model::Sensor& sensor : type.sensors) {
     if (sensor.type == model::SensorType::kTilt) {
@@ -128,7 +130,7 @@ void StillRobot::Advance() {
 }
 
 Result<void> StillRobot::Disconnect(const std::string& module, const std::string& connector) {
-  // Asked for while the parts still hang together: afterwards nobody could tell where they are.
+  // Asked for while the parts still hang together: afterwards nothing tells where the new part is.
   LinkPoses();
   return connections_.Disconnect(module, connector);
 }
@@ -185,6 +187,7 @@ void StillRobot::AddPartPoses(const std::vector<int>& modules, LinkPoseTable* X_
   }
   // Its connections, under the numbers that the modules have in it.
   for (model::Docking docking : robot.dockings) {
+    // A docking has both modules in one part, or neither.
     if (number_in_part[docking.module_a] < 0) continue;
     docking.module_a = number_in_part[docking.module_a];
     docking.module_b = number_in_part[docking.module_b];

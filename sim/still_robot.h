@@ -30,7 +30,10 @@ class StillRobot : public ControlledRobot {
   void Sense(std::vector<morphbus::module_sensors_t>* out) override;
   /// Nothing: there are no bodies.
   void Truth(std::vector<morphbus::body_pose_t>* out) override { out->clear(); }
+  /// Connectors change at once, joints with the next Advance. Unknown modules, joints and
+  /// connectors are ignored.
   void Actuate(const morphbus::actuator_t& command) override;
+  /// Moves all set-points on by one tick.
   void Advance() override;
 
   // As in ControlledRobot; without physics nothing can be pushed.
@@ -61,18 +64,20 @@ class StillRobot : public ControlledRobot {
   const LinkPoseTable& LinkPoses();
   /// Adds the readings of a module's sensors in a world without anything.
   void SenseNothing(int module, morphbus::module_sensors_t* out);
+  /// The same computed anew, without being kept.
   [[nodiscard]] LinkPoseTable ComputeLinkPoses() const;
   /// Fills in the poses of modules that hang together, in ascending order.
   void AddPartPoses(const std::vector<int>& modules, LinkPoseTable* X_RL) const;
 
   std::shared_ptr<const model::Model> model_;
+  /// The robot with the connections that it has now.
   Connections connections_;
   double step_s_;                                ///< Of the set-points, seconds.
   int steps_;                                    ///< A tick.
   std::vector<std::vector<StillJoint>> joints_;  ///< [module][joint].
   /// By module: X_RL of its first link when a connection last changed.
   std::vector<model::Pose> X_RL_anchor_;
-  /// The poses of this tick, once somebody has asked for them.
+  /// The poses of this tick, once they were needed; Advance makes anchors of them.
   std::optional<LinkPoseTable> X_RL_;
 };
 

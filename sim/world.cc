@@ -35,6 +35,8 @@ World::World(const RigidBodyModel& rigid_bodies, const WorldOptions& options)
       engine_(std::make_unique<Engine>(&rigid_bodies_.may_collide)) {
   // The engine multiplies the coefficients of the two that touch.
   const double friction = std::sqrt(std::max(0.0, options_.friction));
+  // Always in this order, since the engine's results depend on it: the ground, obstacles as the
+  // file has them, bodies and joints in their canonical order.
   engine_->Configure(options_);
   if (options_.ground) engine_->AddGround(friction);
   for (const world::Obstacle& obstacle : options_.obstacles) {
@@ -129,6 +131,7 @@ std::string World::hash() const {
                             static_cast<double>(options_.solver_iterations),
                             options_.servo_gain_per_s};
   for (const double number : numbers) {
+    // Adding 0.0 makes 0 of -0, whose bits differ though the engine computes alike with both.
     hash = hash * 0x9E3779B97F4A7C15ULL + std::bit_cast<uint64_t>(number + 0.0);
   }
   // A world without obstacles keeps the hash that it had before there were any.
@@ -139,6 +142,7 @@ std::string World::hash() const {
     mix(static_cast<double>(obstacle.shape));
     for (const double number : obstacle.X_WO.matrix().reshaped()) mix(number);
     for (const double number : obstacle.size) mix(number);
+    // -1 stands for the ground's friction, which no obstacle can have itself.
     mix(obstacle.friction.value_or(-1.0));
     if (!obstacle.mesh) continue;
     for (const Vector3d& p : obstacle.mesh->points) {

@@ -13,12 +13,14 @@
 namespace morphbus::sim {
 
 /// Which bodies may collide. They carry their index as user index; the ground and obstacles have
-/// -1.
+/// -1, and collide with all bodies and not with each other.
 class PairFilter : public btOverlapFilterCallback {
  public:
+  /// `may_collide` is that of the RigidBodyModel, which outlives the engine.
   explicit PairFilter(const std::vector<std::vector<bool>>* may_collide)
       : may_collide_(may_collide) {}
 
+  /// Asked by Bullet for each pair whose boxes overlap.
   bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
     const int i = static_cast<const btCollisionObject*>(a->m_clientObject)->getUserIndex();
     const int j = static_cast<const btCollisionObject*>(b->m_clientObject)->getUserIndex();
@@ -39,7 +41,8 @@ struct World::Engine {
   /// Gravity, accuracy, and that pairs and the solver's sweep have a fixed order.
   void Configure(const WorldOptions& options);
   /// What the world consists of. The frictions are the square roots of the coefficients, because
-  /// the engine multiplies those of the two that touch.
+  /// the engine multiplies those of the two that touch. An obstacle with a coefficient of its own
+  /// gets what makes that of it in the product with the robot's.
   void AddGround(double friction);
   void AddObstacle(const world::Obstacle& obstacle, double ground_friction);
   /// The triangles of a mesh as a shape, kept in `surfaces`.
@@ -54,6 +57,7 @@ struct World::Engine {
     return shapes.back().get();
   }
 
+  /// Bullet's parts of a world; `dynamics` refers to all before it.
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
@@ -62,8 +66,11 @@ struct World::Engine {
   btDiscreteDynamicsWorld dynamics{&dispatcher, &broadphase, &solver, &configuration};
   /// Triangles to which shapes refer.
   std::vector<std::unique_ptr<btTriangleMesh>> surfaces;
+  /// The shapes of the ground, obstacles and bodies, which only refer to them.
   std::vector<std::unique_ptr<btCollisionShape>> shapes;
+  /// Null in a world without ground.
   std::unique_ptr<btRigidBody> ground;
+  /// By their numbers in WorldOptions::obstacles, and in the RigidBodyModel.
   std::vector<std::unique_ptr<btRigidBody>> obstacles;
   std::vector<std::unique_ptr<btRigidBody>> bodies;
   std::vector<EngineJoint> joints;
@@ -73,6 +80,7 @@ struct World::Engine {
     Eigen::Vector3d f_W;
     int steps = 0;
   };
+  /// Those that last; several on one body add up.
   std::vector<PushForce> pushes;
 };
 

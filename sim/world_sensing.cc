@@ -18,6 +18,8 @@ class NearestForeignHit : public btCollisionWorld::RayResultCallback {
   explicit NearestForeignHit(int group) : group_(group) {}
 
   btScalar addSingleResult(btCollisionWorld::LocalRayResult& hit, bool) override {
+    // The return value says where the engine goes on looking: a link of one's own does not shorten
+    // the ray.
     if (GroupOf(hit) == group_) return m_closestHitFraction;
     m_collisionObject = hit.m_collisionObject;
     m_closestHitFraction = hit.m_hitFraction;
@@ -83,6 +85,7 @@ std::vector<World::Touch> World::Touches(LinkRef link) const {
       // Within the margins of both shapes things touch; farther they only come near.
       if (point.getDistance() > kCollisionMargin) continue;
       const int at = LinkOfPart(own, is_0 ? point.m_index0 : point.m_index1);
+      // A body may have many links; only touches of this one's part count.
       if (at < 0 || !SameLink(rigid_bodies_.bodies[body].links[at].ref, link)) continue;
       // The engine's normal points from body 1 to body 0.
       const Vector3d normal = FromBullet(point.m_normalWorldOnB);
@@ -111,6 +114,7 @@ void World::AddContactForces(std::vector<std::vector<Vector3d>>* f_W) const {
                                   point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1;
       const LinkRef& link = rigid_bodies_.bodies[own.getUserIndex()].links[at].ref;
       (*f_W)[link.module][link.link] +=
+          // An impulse (N s) over the step in which it acted is the mean force in it (N).
           (is_0 ? 1.0 : -1.0) / options_.physics_step_s * FromBullet(impulse_W);
     }
   }
@@ -118,6 +122,7 @@ void World::AddContactForces(std::vector<std::vector<Vector3d>>* f_W) const {
 
 std::vector<World::Overlap> World::FindOverlaps(double depth_m) {
   std::vector<Overlap> overlaps;
+  // Contacts are looked for without a step of time.
   engine_->dynamics.performDiscreteCollisionDetection();
   for (int i = 0; i < engine_->dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold& manifold = *engine_->dispatcher.getManifoldByIndexInternal(i);
