@@ -27,9 +27,12 @@ Result<std::unique_ptr<Animation>> Animation::Create(int width, int height) {
     return Fail("a picture of " + std::to_string(width) + " x " + std::to_string(height) +
                 " pixels is too large for WebP");
   }
+  // The object owns the encoder from here on, so that every failure below frees it.
   auto encoder = std::make_unique<Encoder>();
   encoder->width = width;
   encoder->height = height;
+  // Options with their defaults: a loop without end, and whatever frames the encoder finds
+  // smallest.
   WebPAnimEncoderOptions options;
   // Level 1 of 9 takes a fifth of the time of the default, for some more bytes.
   if (WebPAnimEncoderOptionsInit(&options) == 0 || WebPConfigInit(&encoder->config) == 0 ||
@@ -45,8 +48,11 @@ Result<void> Animation::Add(const Raster& frame, int milliseconds) {
   if (frame.width != encoder_->width || frame.height != encoder_->height) {
     return Fail("the frames of an animation must be of one size");
   }
+  // All frames are of the size that the encoder was made for, else it would refuse them with less
+  // to say.
   WebPPicture picture;
   if (WebPPictureInit(&picture) == 0) return Fail("libwebp is of another version");
+  // Lossless needs ARGB; YUV, the default, is for lossy pictures.
   picture.use_argb = 1;
   picture.width = frame.width;
   picture.height = frame.height;
@@ -58,6 +64,7 @@ Result<void> Animation::Add(const Raster& frame, int milliseconds) {
   if (!added) {
     return Fail(std::string("libwebp: ") + WebPAnimEncoderGetError(encoder_->encoder));
   }
+  // libwebp takes the time at which a frame begins, and so its duration is that up to the next one.
   encoder_->time_ms += milliseconds;
   return {};
 }

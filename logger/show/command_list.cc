@@ -29,6 +29,7 @@ bool ActsOnRobot(const std::string& text) {
 
 /// A cell with a tick and one with its sim time (s).
 std::string TickCells(const std::optional<int64_t>& tick, int32_t tick_us) {
+  // A command that the other run alone had has no tick here.
   if (!tick) return "<td class='n dim'>–</td><td class='n dim'>–</td>";
   return fmt::format("<td class='n'>{}</td><td class='n'>{:.2f}</td>", *tick,
                      Seconds(*tick * tick_us));
@@ -76,6 +77,7 @@ std::string CommandsHtml(const Comparison& comparison) {
   size_t rows = 0;
   for (const CommandPair& pair : comparison.commands) {
     if (++rows > kMostRows) break;
+    // Where the ticks of both runs have nothing in common, unequal ones are no difference.
     const bool differs = Differs(pair, CommandsByTicks(comparison));
     html +=
         fmt::format("<tr{}>{}{}<td class='m'>{}</td><td>{}</td></tr>",
@@ -103,7 +105,9 @@ std::vector<PlotMark> CommandMarks(const Comparison& comparison) {
   for (const CommandPair& pair : comparison.commands) {
     if (marks.size() == kMostMarks) break;
     if (!ActsOnRobot(pair.text)) continue;
+    // There a tick of B has no place on A's axis.
     if (!pair.tick_a && !CommandsByTicks(comparison)) continue;
+    // Every pair has at least one of the two ticks.
     const int64_t us =
         pair.tick_a ? *pair.tick_a * comparison.a.tick_us : *pair.tick_b * comparison.b.tick_us;
     const char* whose = pair.tick_a && pair.tick_b ? "" : pair.tick_a ? " (A)" : " (B)";

@@ -113,6 +113,7 @@ void DrawGround(cairo_t* cr, const Projection& projection, const PanelMap& map) 
     Line(cr, map.x, map.V(0), map.x + map.width, map.V(0));
     return;
   }
+  // The grid has lines of constant north and of constant east; 40 of each to either side reach 4 m.
   constexpr double kGrid = 0.1;
   constexpr int kLines = 40;  // Enough for any panel; clipped to it.
   // The grid is centred on what is seen, on whole decimetres of the world.
@@ -139,6 +140,7 @@ void DrawGround(cairo_t* cr, const Projection& projection, const PanelMap& map) 
 void DrawFaces(cairo_t* cr, const std::vector<VisibleFace>& faces, const PanelMap& map) {
   cairo_set_line_join(cr, CAIRO_LINE_JOIN_ROUND);
   for (const VisibleFace& face : faces) {
+    // cairo_line_to begins a path where there is none.
     for (const Eigen::Vector2d& p : face.outline) cairo_line_to(cr, map.U(p.x()), map.V(p.y()));
     cairo_close_path(cr);
     SetColor(cr, face.color);
@@ -325,6 +327,7 @@ Layout Arrange(const Drawing& drawing) {
   // The legend below, in as many rows as its entries need.
   layout.legend_y = y;
   if (!drawing.legend.empty()) {
+    // An entry takes 190 pixels, in which the name of a role has room; DrawLegend counts alike.
     const double per_row = std::max(1.0, std::floor((layout.width - 2 * kMargin) / 190));
     y += kLegendHeight * std::ceil(static_cast<double>(drawing.legend.size()) / per_row);
   }
@@ -401,9 +404,11 @@ Eigen::AlignedBox2d ExtentOf(const Panel& panel) {
   }
   // A panel without bodies shows a square of 20 cm.
   if (extent.isEmpty()) extent = {Eigen::Vector2d(-0.1, -0.1), Eigen::Vector2d(0.1, 0.1)};
+  // A robot that hangs in the air is shown with the ground below it.
   if (panel.scene.ground && projection.sees_ground_edge_on()) {
     extent.extend(Eigen::Vector2d(extent.min().x(), 0));
   }
+  // A margin of 6 % of the larger side, so that nothing touches the frame.
   const double pad = 0.06 * std::max(extent.sizes().maxCoeff(), 0.01);
   return {extent.min().array() - pad, extent.max().array() + pad};
 }
@@ -451,6 +456,7 @@ Result<Raster> RenderRaster(const Drawing& drawing, double ratio) {
   DrawAll(cr, drawing, layout);
   const cairo_status_t status = cairo_status(cr);
   cairo_destroy(cr);
+  // Cairo may draw late; after this the pixels are in memory.
   cairo_surface_flush(surface);
   if (status == CAIRO_STATUS_SUCCESS) {
     // Cairo has a pixel as one number, 0x00RRGGBB, in the machine's order.

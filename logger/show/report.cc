@@ -18,7 +18,7 @@ namespace {
 
 /// Degrees in a radian.
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-/// So many paths of feet are shown at most: more would be a page that nobody reads.
+/// So many paths of feet are shown at most: more would not be read.
 constexpr size_t kMaxFeet = 12;
 
 /// A value (SI) in the unit of the tables, without its name.
@@ -29,7 +29,7 @@ std::string Number(double value, const std::string& unit) {
 /// The unit's name that goes with Number().
 const char* UnitName(const std::string& unit) { return DisplayUnitOf(unit).name; }
 
-/// A module's name in a table; an en dash if only the other run has somebody there.
+/// A module's name in a table; an en dash if only the other run has a module there.
 std::string NameOrDash(const std::string& module) {
   return module.empty() ? "–" : EscapeHtml(module);
 }

@@ -76,6 +76,7 @@ std::vector<Difference> DockingDifferences(const RunLog& a, const RunLog& b,
                                            const Matching& matching) {
   std::vector<Difference> differences;
   for (size_t i = 0; i < matching.pairs.size(); ++i) {
+    // Each two pairs once: a connection has no direction.
     for (size_t j = i + 1; j < matching.pairs.size(); ++j) {
       // Two roles in both robots, and every docking between those who play them.
       const ModulePair& one = matching.pairs[i];
@@ -121,6 +122,7 @@ Panel PanelOf(const RobotSide& side, int64_t time_us, const RoleColors& colors,
   // A connection's number stands at the connector of its first module, where it was at that time.
   const size_t sample = WorldAt(side.log, time_us);
   Panel panel{SceneAt(side.log, side.poses, sample, colors), View::kThreeQuarter, ""};
+  // Numbers stand for connections here, and names would hide them.
   panel.scene.names.clear();
   for (size_t i = 0; i < differences.size(); ++i) {
     const std::optional<Docked>& docked = differences[i].*own;
@@ -146,6 +148,7 @@ std::pair<std::optional<Spot>, std::optional<Spot>> FirstSpots(const RunLog& a, 
                                                                const Comparison& comparison) {
   const Item& item = comparison.items[*comparison.first];
   std::pair<std::optional<Spot>, std::optional<Spot>> spots;
+  // A module that only one robot has leaves the other without a spot.
   if (const auto module = a.robot->FindModule(item.module_a)) spots.first = Spot{*module};
   if (const auto module = b.robot->FindModule(item.module_b)) spots.second = Spot{*module};
   for (const ModulePair& pair : comparison.matching.pairs) {
@@ -170,6 +173,8 @@ std::pair<std::optional<Spot>, std::optional<Spot>> FirstSpots(const RunLog& a, 
 /// Marks a spot of the robot in its picture.
 void Mark(const RobotSide& side, int64_t time_us, const Spot& spot, Scene* scene) {
   const model::ModuleType& type = side.log.model->TypeOf(*side.log.robot, spot.module);
+  // A joint is marked at its axis, on its first link; a link at its middle, and a module at that of
+  // its first link.
   const int link = spot.joint ? type.joints[*spot.joint].link_a : spot.link;
   const Eigen::Vector3d p_M =
       spot.joint ? type.joints[*spot.joint].p_MoJo_M : LinkCentre(type.links[link]);
@@ -241,6 +246,7 @@ std::string RobotsHtml(const RunLog& a, const RunLog& b, const Comparison& compa
   std::string html = "<section><h2>Both robots</h2><div class='plots'>";
   html += Both(side_a, side_b, cast_us, colors, differences,
                fmt::format("at {:.2f} s", Seconds(cast_us)));
+  // Without a divergence there is only the first picture.
   if (comparison.first) {
     const int64_t time_us = comparison.items[*comparison.first].first_over_us;
     const auto spots = FirstSpots(a, b, comparison);

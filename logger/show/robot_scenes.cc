@@ -32,6 +32,8 @@ RoleColors ColorsOf(const std::vector<const RunLog*>& logs) {
   for (const RunLog* log : logs) {
     // A program that cannot be read has no names.
     const auto images = std::make_unique<bridge::ModuleImages>();
+    // All roles of a program have a colour, in its order, whether a module plays them or not, so
+    // that two runs of it look alike.
     const bool has_program =
         !log->description.empty() && LoadImages(log->description, images.get()).has_value();
     colors.Add(has_program ? bridge::PlayableRoles(images->program()) : RolesIn(*log));
@@ -49,6 +51,7 @@ std::vector<std::string> RolesIn(const RunLog& log) {
 
 std::vector<LegendEntry> RoleLegend(const RoleColors& colors,
                                     const std::vector<std::string>& roles) {
+  // Sorted by name; the empty one, which stands for none, comes first.
   const std::set<std::string> unique(roles.begin(), roles.end());
   std::vector<LegendEntry> legend;
   for (const std::string& role : unique) {
@@ -64,6 +67,7 @@ std::vector<std::string> RolesAt(const RunLog& log, int64_t time_us) {
     const ModuleSeries* series = log.FindModule(instance.name);
     std::string role;
     for (size_t i = 0; series != nullptr && i < series->status.size(); ++i) {
+      // A module that the log has no messages of has no role, and is drawn in grey.
       if (series->status[i].time_us <= time_us) role = series->status[i].status.role_name;
     }
     roles.push_back(std::move(role));
@@ -72,6 +76,7 @@ std::vector<std::string> RolesAt(const RunLog& log, int64_t time_us) {
 }
 
 size_t WorldAt(const RunLog& log, int64_t time_us) {
+  // Samples are in order of time; that of the time itself counts, too.
   const auto after =
       std::upper_bound(log.world.begin(), log.world.end(), time_us,
                        [](int64_t t, const WorldSample& w) { return t < w.time_us; });
@@ -98,6 +103,7 @@ Scene SceneAt(const RunLog& log, const SimulatedPoses& poses, size_t sample,
   Scene scene = SceneOf(*log.model, *log.robot, X_WL, std::vector<int>(log.robot->modules.size()));
   // Every second link of a module is a little lighter, so that joints can be seen.
   for (SceneHull& hull : scene.hulls) {
+    // SceneOf has coloured modules by their groups; roles take their place.
     hull.color = colors.Of(roles[hull.owner]);
     if (hull.link % 2 == 1) {
       for (double& c : hull.color) c = 1 - (1 - c) * 0.72;
@@ -109,13 +115,16 @@ Scene SceneAt(const RunLog& log, const SimulatedPoses& poses, size_t sample,
 
 void AddObstacles(const std::vector<world::Obstacle>& obstacles, Scene* scene) {
   constexpr double kPlate_m = 2.0;
+  // An owner that no module is: names and roles are of modules.
   constexpr int kNobody = -1;
   for (world::Obstacle obstacle : obstacles) {
     if (obstacle.shape == world::Shape::kPlane) {
+      // A plane without end would make the picture's scale too small to see the robot.
       obstacle.size = obstacle.size.cwiseMin(kPlate_m);
     }
     scene->hulls.push_back(
         {world::CornersOf(obstacle), obstacle.X_WO, {0.55, 0.55, 0.55}, kNobody, 0});
+    // A mesh is not its hull.
     if (obstacle.mesh) scene->hulls.back().triangles = obstacle.mesh->triangles;
   }
 }
@@ -130,6 +139,8 @@ std::string RoleKeyHtml(const RoleColors& colors, const std::vector<std::string>
 }
 
 std::string PictureHtml(Drawing drawing, const std::string& alt) {
+  // Both pictures are in the page, and the browser shows the one of its own scheme: there is no
+  // script to draw anew.
   drawing.dark = false;
   const Result<std::string> light = RenderPicture(drawing, "picture.png");
   drawing.dark = true;

@@ -42,7 +42,8 @@ class RunPage {
     Summary();
     Problems();
     html_ += CommandsHtml(facts_);
-    // What people look for first comes first; the channels are for who doubts the rest.
+    // What readers look for first comes first; the channels, by which the rest can be doubted,
+    // last.
     if (prepared_) {
       Pictures();
       Travel();
@@ -112,7 +113,7 @@ class RunPage {
   /// What a reader must know before believing the rest.
   void Problems() {
     std::vector<std::string> notes = facts_.problems;
-    // Ten notes are enough to make anybody look at the log itself.
+    // Ten notes are enough to make a reader look at the log itself.
     for (const LogDamage& damage : facts_.damage) {
       if (notes.size() >= 10) break;
       notes.push_back(fmt::format("after {:.3f} s: {}", Seconds(damage.time_us), damage.what));
@@ -196,7 +197,7 @@ class RunPage {
   }
 
   /// Options of a plot over sim time, 640 px wide; `height` in px, `least` the smallest span of its
-  /// values (`unit`). It has marks where somebody acted on the robot.
+  /// values (`unit`). It has marks where a command acted on the robot.
   PlotOptions OverTime(std::string title, const char* unit, int height, double least) const {
     return {std::move(title), "sim time (s)", unit,  640,
             height,           false,          least, CommandMarks(facts_)};
@@ -280,7 +281,7 @@ class RunPage {
       html_ +=
           fmt::format("<tr><td>{}</td><td class='n'>{:.2f}</td><td class='n'>{:.2f}</td>", i + 1,
                       Seconds(gait.times_us[i]), Seconds(gait.times_us[i + 1] - gait.times_us[i]));
-      // Without a simulated world nobody knows where the robot was.
+      // Without a simulated world the log does not say where the robot was.
       if (gait.cycles.empty()) {
         for (int cell = 0; cell < 4; ++cell) html_ += "<td class='n dim'>–</td>";
         html_ += "</tr>";
@@ -314,6 +315,7 @@ class RunPage {
       for (const auto& [first, behind] : contact.stances) {
         const int64_t from = track[first].time_us, to = track[behind - 1].time_us;
         if (to < begin || from > end) continue;
+        // A stance ends with its last sample; the track may have holes, over which nothing is said.
         row.bars.push_back({Seconds(std::max(from, begin)), Seconds(std::min(to, end)),
                             colors_.Of(role), RoleOr(role)});
       }

@@ -19,9 +19,12 @@ std::string TimelineSvg(const std::vector<TimelineRow>& rows, const std::string&
   // The names decide how much room is left for the bars.
   size_t longest = 4;
   for (const TimelineRow& row : rows) longest = std::max(longest, row.name.size());
+  // Names may take two fifths of the width at most; longer ones reach out of the picture at its
+  // left.
   const double left = std::min(14 + kLetter * static_cast<double>(longest), kBarsWidth * 0.4);
   const double width = kBarsWidth - left - kBarsRight;
   const double height = kRowHeight * static_cast<double>(rows.size());
+  // A run of one tick has no span.
   const double span = std::max(end - begin, 1e-9);
   const auto x_of = [&](double t) {
     return left + std::clamp((t - begin) / span, 0.0, 1.0) * width;
