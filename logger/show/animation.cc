@@ -31,8 +31,7 @@ Result<std::unique_ptr<Animation>> Animation::Create(int width, int height) {
   auto encoder = std::make_unique<Encoder>();
   encoder->width = width;
   encoder->height = height;
-  // Options with their defaults: a loop without end, and whatever frames the encoder finds
-  // smallest.
+  // Options with their defaults, of which one is a loop without end.
   WebPAnimEncoderOptions options;
   // Level 1 of 9 takes a fifth of the time of the default, for some more bytes.
   if (WebPAnimEncoderOptionsInit(&options) == 0 || WebPConfigInit(&encoder->config) == 0 ||

@@ -32,8 +32,8 @@ RoleColors ColorsOf(const std::vector<const RunLog*>& logs) {
   for (const RunLog* log : logs) {
     // A program that cannot be read has no names.
     const auto images = std::make_unique<bridge::ModuleImages>();
-    // All roles of a program have a colour, in its order, whether a module plays them or not, so
-    // that two runs of it look alike.
+    // All roles that modules can play have a colour, in the program's order, whether one plays them
+    // or not, so that two runs of it look alike.
     const bool has_program =
         !log->description.empty() && LoadImages(log->description, images.get()).has_value();
     colors.Add(has_program ? bridge::PlayableRoles(images->program()) : RolesIn(*log));

@@ -60,6 +60,7 @@ Result<logger::ToleranceEntry> ParseTolerance(const std::string& text) {
   const std::string wanted = text.substr(0, equals);
   for (const auto& [name, member] : logger::ToleranceNames()) {
     if (wanted != name || equals == text.size()) continue;
+    // Entries of options are for all roles and labels ("*"); those of a file may name them.
     const Result<double> value = logger::ReadTolerance(name, text.substr(equals + 1));
     if (!value) return Fail(fmt::format("--tolerance {}: {}", text, value.error().message));
     return logger::ToleranceEntry{"*", "*", member, *value};
@@ -136,6 +137,7 @@ std::string BaselineOf(const std::string& folder, const std::string& log) {
 
 /// Keeps a log as the baseline of its name. One that is not whole could never be equivalent.
 Result<void> Store(const std::string& log, const std::string& baseline) {
+  // Without the series: the facts say whether it is whole.
   const Result<logger::RunLog> loaded = logger::LoadRunLog(log, {"", false});
   if (!loaded) return Fail(loaded.error().message);
   if (!loaded->facts.whole()) {
@@ -144,11 +146,12 @@ Result<void> Store(const std::string& log, const std::string& baseline) {
   std::error_code error;
   std::filesystem::create_directories(std::filesystem::path(baseline).parent_path(), error);
   if (error) return Fail(fmt::format("cannot store {}: {}", baseline, error.message()));
-  // Copied beside its place and renamed, so that nobody finds half a baseline.
+  // Copied beside its place and renamed, so that there is never half a baseline.
   std::ifstream from(log, std::ios::binary);
   Result<std::unique_ptr<OutputFile>> to = OutputFile::Create(baseline);
   if (!to) return tl::unexpected(to.error());
   std::vector<char> piece(size_t{1} << 20);
+  // The last piece is shorter than the buffer: read() then fails and has still given bytes.
   while (from.read(piece.data(), static_cast<std::streamsize>(piece.size())), from.gcount() > 0) {
     const std::string_view bytes(piece.data(), static_cast<size_t>(from.gcount()));
     if (Result<void> written = (*to)->Write(bytes); !written) return written;
@@ -209,6 +212,7 @@ Result<void> CompareBaselines(const CompareOptions& options, const logger::Compa
     const std::string baseline = BaselineOf(options.baseline, log);
     Json entry = {{"log", log}, {"baseline", baseline}, {"stored", false}};
     std::error_code unknown;
+    // The first comparison of a log stores it: there is nothing yet that it could differ from.
     if (options.update || !std::filesystem::exists(baseline, unknown)) {
       const Result<void> stored = Store(log, baseline);
       if (!stored) return stored;
@@ -223,8 +227,11 @@ Result<void> CompareBaselines(const CompareOptions& options, const logger::Compa
       entry["verdict"] = compared->json["verdict"];
       entry["reason"] = compared->json["reason"];
       answer->text += compared->text;
+      // The worst of all answers counts: 2, cannot tell, is above 1, different.
       answer->status = std::max(answer->status, compared->status);
       if (alone) {
+        // With one comparison the whole object is that of a comparison; with several there is a
+        // list of verdicts.
         compared->json["baseline"] = answer->json["baseline"];
         answer->json = std::move(compared->json);
       }
@@ -250,6 +257,8 @@ std::string WhyNotTogether(const CompareOptions& options) {
     std::error_code unknown;
     if (log.empty()) continue;
     const std::string baseline = BaselineOf(options.baseline, log);
+    // A log that lies in the folder of baselines would be compared with itself, or replaced by
+    // itself.
     if (fs::equivalent(log, baseline, unknown)) return log + " is itself the baseline";
   }
   if (!options.b.empty() &&

@@ -56,6 +56,7 @@ bool HandOver(const ControlledRun& run, bridge::ControlCommand* command) {
   const std::optional<std::string> image =
       ImageFor(run.plan.model, command->program, &command->program_hash);
   if (!image) return false;
+  // The command carries only the program's hash, under which the sim finds the file.
   const std::string path = ImagePath(run.entry.folder, command->program_hash);
   const Result<void> written = WriteFile(path, *image);
   if (!written) Unusable(written.error().message);
@@ -68,6 +69,7 @@ int Report(const ControlledRun& run, const std::string& words, const bridge::Con
            bool json, const Json& modules) {
   Json object = AnswerJson(run, words, answer);
   if (!modules.is_null()) {
+    // Their answers have come, whatever the run had said before.
     object["pending"] = false;
     object["modules"] = modules;
   }
@@ -85,12 +87,15 @@ int Report(const ControlledRun& run, const std::string& words, const bridge::Con
   }
   if (!refused) return kDone;
   Unusable(fmt::format("{}: {}", words, EscapeControl(answer.reason)));
+  // A refusal has a status of its own: 1 where the run cannot do it now, 2 where the command is
+  // wrong, 3 where it takes a launcher and there is none.
   return answer.status;
 }
 
 /// Gives one command and waits for the answer.
 int Control(const ControlOptions& options) {
-  // The words are put together again and read as the sim reads them, which must find the same ones.
+  // The words are put together again and read as the sim reads them, which must find the same ones:
+  // blanks part them there, so that a path must hold none.
   for (const std::string& word : options.words) {
     if (options.words.front() != "deploy" || word.find(' ') == std::string::npos) continue;
     return Unusable("deploy: a path must not hold blanks: " + word);
@@ -103,6 +108,7 @@ int Control(const ControlOptions& options) {
   if (!command) return Unusable(command.error().message);
   const Result<ControlledRun> run = FindControlled(options.run);
   if (!run) return Unusable(run.error().message);
+  // The program is compiled here, where people see its errors, and for the model of that very run.
   const bool deploys = command->kind == bridge::ControlKind::kDeploy;
   if (deploys && !HandOver(*run, &*command)) return kUnusable;
   const Result<std::string> words = WordsOf(*command);
@@ -117,6 +123,7 @@ int Control(const ControlOptions& options) {
   CatchSignals();
   const bool inspects = command->kind == bridge::ControlKind::kInspect;
   std::optional<InspectionListener> listener;
+  // It listens before the command is given: the modules' answers may come at once.
   if (inspects) listener.emplace(bus->get(), *run, command->part.module);
   const auto stop = [] { return CaughtSignal() != 0; };
   const Result<bridge::ControlAnswer> answer = GiveTo(*run, bus->get(), *words, stop);

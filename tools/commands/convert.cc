@@ -56,6 +56,7 @@ auto WriteThrough(const std::string& path, const Make& make)
     -> decltype(make(std::declval<const logger::ByteSink&>())) {
   Result<std::unique_ptr<OutputFile>> file = OutputFile::Create(path);
   if (!file) return tl::unexpected(file.error());
+  // The file has a temporary name until Close; a failure leaves nothing behind.
   auto made = make([&](std::span<const uint8_t> bytes) { return (*file)->Write(bytes); });
   if (!made) return made;
   if (Result<void> closed = (*file)->Close(); !closed) return tl::unexpected(closed.error());
@@ -80,6 +81,7 @@ int ConvertEvents(const ConvertOptions& options, const OutputKind& kind, bool in
   }
   const Result<EventsWritten> written =
       WriteThrough(options.output, [&](const logger::ByteSink& sink) -> Result<EventsWritten> {
+        // The reader knows only at its end whether there was a log at all.
         Result<EventsWritten> made = write(decoder->get(), *channels, sink);
         // What is no log becomes no empty file that looks like one.
         const std::string why = (*decoder)->reader().WhyNoLog();
@@ -123,6 +125,7 @@ std::optional<std::vector<std::string>> TablePaths(const ConvertOptions& options
   // All are looked at before the first is written, so that none is replaced in vain.
   std::vector<std::string> paths;
   for (const CsvTable& table : CsvTables()) {
+    // Only files that are of the same kind, or --force, may be replaced.
     paths.push_back(fs::path(options.output) / table.file);
     if (!MayWrite(paths.back(), outputs::kCsvTable, options.force,
                   {options.log, options.description})) {
@@ -138,7 +141,9 @@ Result<void> WriteTables(const logger::RunLog& log, const std::string& folder,
   std::error_code error;
   // A folder that we made goes again with what is given up.
   std::optional<TemporaryPath> ours;
+  // No signal may come between making the folder and knowing that it is ours.
   std::optional<SignalsBlocked> blocked(std::in_place);
+  // A folder that is there already is no error, and not removed with what is given up.
   const bool made = std::filesystem::create_directory(folder, error);
   if (made) ours.emplace(folder);
   blocked.reset();
@@ -153,6 +158,7 @@ Result<void> WriteTables(const logger::RunLog& log, const std::string& folder,
         CsvTables()[i].write(log, [&](std::string_view text) { return files.back()->Write(text); });
     if (!written) return written;
   }
+  // Only here do the tables get their names, one after the other.
   for (const std::unique_ptr<OutputFile>& file : files) {
     if (Result<void> closed = file->Close(); !closed) return closed;
   }
@@ -167,7 +173,7 @@ int ToCsv(const ConvertOptions& options) {
   if (!paths) return kUnusable;
   logger::RunLogOptions load;
   load.run = options.run;
-  // Tables have all faults.
+  // Tables have all faults, where other commands keep as many as are read.
   load.max_faults = static_cast<size_t>(-1);
   const Result<logger::RunLog> log = LoadLog(options.log, load, options.description);
   if (!log) return Unusable(log.error().message);
@@ -241,6 +247,7 @@ std::vector<std::string> FormatNames() {
 
 /// Checks what goes together, and converts.
 int Convert(const ConvertOptions& options) {
+  // A row decides everything that differs between formats.
   const Format* format = std::find_if(std::begin(kFormats), std::end(kFormats),
                                       [&](const Format& f) { return f.name == options.to; });
   if (format == std::end(kFormats)) {

@@ -47,7 +47,7 @@ Json ToJson(const Finding& finding) {
 
 /// A line for the finding, and one for the command that mends it.
 void PrintFinding(const Finding& finding) {
-  // Colours only where somebody looks.
+  // Colours are for terminals; a file or a pipe gets plain text.
   fmt::text_style style;
   if (IsFancyTerminal(STDOUT_FILENO)) {
     const bool good = finding.health == Health::kGood;
@@ -56,6 +56,7 @@ void PrintFinding(const Finding& finding) {
                     : broken ? fmt::terminal_color::red
                              : fmt::terminal_color::yellow);
   }
+  // The word is filled up before it gets its colour, whose bytes would count as width.
   Print("{} {:<11} {}\n", fmt::format(style, "{:<8}", HealthName(finding.health)), finding.name,
         finding.text);
   if (!finding.mend.empty()) Print("{:<20} mend: {}\n", "", finding.mend);
@@ -68,6 +69,7 @@ int Doctor(const DoctorOptions& options) {
   if (!options.run.empty()) {
     const Result<RunEntry> run = FindRun(options.run);
     if (!run) return Unusable(run.error().message);
+    // Only a process within it sees the network of an isolated run.
     if (run->isolated) {
       if (Result<void> joined = JoinNetworkOf(run->pid); !joined) {
         return Unusable(joined.error().message);

@@ -93,7 +93,7 @@ int DrawModel(const DrawOptions& options, const std::vector<logger::View>& views
     return kUnusable;
   const model::Robot* robot = PickRobot(*model, options.robot);
   if (robot == nullptr) return kUnusable;
-  // Modules of one group share a colour.
+  // Each module is a group, and so has a colour, of its own.
   std::vector<int> group(robot->modules.size());
   for (size_t m = 0; m < group.size(); ++m) group[m] = static_cast<int>(m);
   logger::Scene scene = logger::SceneOf(*model, *robot, sim::PlaceOnGround(*model, *robot), group);
@@ -135,10 +135,12 @@ std::optional<Stretch> LoadStretch(const DrawOptions& options) {
   }
   if (log->world.empty()) return Refuse(options.file + ": the log holds no simulated poses");
   Stretch stretch;
+  // SimulatedPoses refers to the log, which therefore must not move when the stretch does.
   stretch.log = std::make_unique<const logger::RunLog>(std::move(*log));
   stretch.poses = std::make_unique<const logger::SimulatedPoses>(*stretch.log);
   stretch.colors = logger::ColorsOf({stretch.log.get()});
   const int64_t last_us = stretch.log->world.back().time_us;
+  // Cut to what the log holds, so that a range may be wider than it.
   stretch.begin_us = std::max(TimeOf(options.from), stretch.log->world.front().time_us);
   stretch.end_us = options.to ? std::min(TimeOf(*options.to), last_us) : last_us;
   if (stretch.begin_us > stretch.end_us) {
@@ -155,6 +157,7 @@ int DrawMoment(const DrawOptions& options, const std::vector<logger::View>& view
   const logger::RunLog& log = *stretch->log;
   const int64_t time_us = log.world[logger::WorldAt(log, TimeOf(*options.at))].time_us;
   const double shown_s = Seconds(time_us);
+  // Up to a second beyond the end is the end: people round times.
   if (*options.at > shown_s + 1.0) {
     return Unusable(fmt::format("--at {}: the log ends at {:.2f} s", *options.at, shown_s));
   }
@@ -184,11 +187,14 @@ int DrawStrip(const DrawOptions& options, const std::vector<logger::View>& views
   if (!stretch) return kUnusable;
   logger::Drawing drawing;
   drawing.columns = options.strip;
+  // The strip is some 1500 pixels wide, unless panels would be too small or too large to be looked
+  // at.
   drawing.panel_width_px = std::clamp(1500.0 / options.strip, 180.0, 760.0);
   std::vector<std::string> roles;
   for (const logger::View view : views) {
     std::vector<logger::Panel> row;
     for (int i = 0; i < options.strip; ++i) {
+      // The first moment is at the beginning and the last one at the end.
       const int64_t span = stretch->end_us - stretch->begin_us;
       const int64_t time_us = options.strip == 1
                                   ? stretch->begin_us
@@ -200,6 +206,7 @@ int DrawStrip(const DrawOptions& options, const std::vector<logger::View>& views
       row.push_back(std::move(panel));
       for (const std::string& role : logger::RolesAt(*stretch->log, time_us)) roles.push_back(role);
     }
+    // Each row for itself: views of one robot differ in size.
     MakeAlike(&row);
     drawing.panels.insert(drawing.panels.end(), row.begin(), row.end());
   }
@@ -239,11 +246,13 @@ int DrawVideo(const DrawOptions& options, const std::vector<logger::View>& views
     drawing.legend = logger::RoleLegend(stretch->colors, logger::RolesIn(*stretch->log));
     const Result<logger::Raster> frame = logger::RenderRaster(drawing, 1.0);
     if (!frame) return Unusable(frame.error().message);
+    // The size is known once the first frame is drawn.
     if (!animation) {
       auto created = logger::Animation::Create(frame->width, frame->height);
       if (!created) return Unusable(created.error().message);
       animation = std::move(*created);
     }
+    // WebP counts in whole milliseconds.
     const Result<void> added = animation->Add(*frame, static_cast<int>(step_us / 1000));
     if (!added) return Unusable(added.error().message);
   }
@@ -273,6 +282,7 @@ std::string WhyNotTogether(const DrawOptions& options) {
   if (options.at && !(std::isfinite(*options.at) && *options.at >= 0)) {
     return fmt::format("--at {}: expected a sim time, 0 s or later", *options.at);
   }
+  // Without --to its check is that of --from, which passes twice or fails once.
   for (const auto& [name, time_s] :
        {std::pair("--from", options.from), std::pair("--to", options.to.value_or(options.from))}) {
     if (!(time_s >= 0 && std::isfinite(time_s))) {
@@ -282,9 +292,11 @@ std::string WhyNotTogether(const DrawOptions& options) {
   if (options.to && *options.to < options.from) {
     return fmt::format("--from {} --to {}: --to must be the later time", options.from, *options.to);
   }
+  // Without one of the three the file is a model.
   if ((options.at ? 1 : 0) + (options.strip > 0 ? 1 : 0) + (options.video ? 1 : 0) > 1) {
     return "--at, --strip and --video are three pictures: choose one of them";
   }
+  // The kind of picture is its name's, so that name and --video must agree.
   const bool webp = options.output.ends_with(".webp");
   if (options.video != webp) {
     return options.video ? options.output + ": a video's name ends in .webp"

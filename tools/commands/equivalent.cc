@@ -202,7 +202,7 @@ int Equivalent(const EquivalentOptions& options) {
         "over 500 joints in one part with loops: which of them are locked was not computed, so "
         "their values were not compared");
   }
-  // What a program binds can be compared only where something corresponds to something.
+  // What a program binds can be compared only along a mapping from the one robot to the other.
   std::optional<BindingComparison> bindings;
   if (!options.program.empty() && answer.congruent()) {
     bindings = Bindings(*model, *a, *b, options, answer);

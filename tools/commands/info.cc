@@ -47,6 +47,7 @@ int Report(const InfoOptions& options, bool verify) {
   } else {
     PrintText(verify ? logger::VerifyText(log->facts) : logger::FactsText(log->facts, options.all));
   }
+  // A damaged log is no error of `info`, whose task is to say what is in it.
   return verify && !log->facts.whole() ? kNo : kDone;
 }
 

@@ -30,6 +30,7 @@ void DropOld(Map* ticks) {
 InspectionListener::InspectionListener(bridge::Bus* bus, const ControlledRun& run,
                                        std::string module)
     : bus_(*bus), run_(run), module_(std::move(module)) {
+  // One batch, so that the bus sets itself up once for all channels.
   const bridge::SubscriptionBatch together(bus);
   const std::string& name = run.entry.name;
   const auto take = [this](std::string_view channel, const uint8_t* data, size_t size) {
@@ -37,6 +38,7 @@ InspectionListener::InspectionListener(bridge::Bus* bus, const ControlledRun& ru
   };
   bus_.Subscribe(bridge::Channel(name, "", Topic::kClock), take);
   bus_.Subscribe(bridge::Channel(name, "", Topic::kSensors), take);
+  // All modules, or the one that is asked.
   for (const model::ModuleInstance& each : run.plan.robot().modules) {
     if (!module_.empty() && each.name != module_) continue;
     bus_.Subscribe(bridge::Channel(name, each.name, Topic::kStatus), take);
@@ -46,6 +48,7 @@ InspectionListener::InspectionListener(bridge::Bus* bus, const ControlledRun& ru
 void InspectionListener::Take(std::string_view channel, const uint8_t* data, size_t size) {
   const Result<bridge::RunMessage> message = bridge::OpenMessage(channel, data, size);
   const auto model_hash = static_cast<int64_t>(run_.plan.description.model_hash());
+  // A message of another model is of another run, which had the same name before.
   if (message && message->header.model_hash == model_hash) bridge::ReadMessage(*message, this);
 }
 
@@ -59,6 +62,7 @@ void InspectionListener::OnClock(const bridge::RunMessage& /*message*/,
 void InspectionListener::OnSensors(const bridge::RunMessage& /*message*/,
                                    morphbus::sensors_t&& sensors) {
   Asked& asked = asked_[sensors.header.tick];
+  // SENSORS name the modules that are to answer in this tick, each part those that it holds.
   asked.parts.insert(sensors.part);
   asked.num_parts = sensors.num_parts;
   for (const int16_t id : sensors.inspected) {
@@ -71,9 +75,11 @@ void InspectionListener::OnSensors(const bridge::RunMessage& /*message*/,
 
 void InspectionListener::OnStatus(const bridge::RunMessage& message, morphbus::status_t&& status) {
   const std::string module(message.name.process);
+  // An answer may come in several STATUS messages; it counts once it is whole.
   auto held = collectors_.try_emplace(module, kKeptTicks).first->second.Take(status);
   if (!held) return;
   auto& answers = answers_[module];
+  // Of several answers of one tick, as after a restart, the last one counts.
   answers.insert_or_assign(message.header.tick, Inspection{std::move(status), *std::move(held)});
   DropOld(&answers);
 }
@@ -88,6 +94,7 @@ const Inspection* InspectionListener::AnswerOf(const std::string& module) const 
 
 std::vector<std::string> InspectionListener::Missing() const {
   // A module that is lost is not asked.
+  // Until all parts have come, every module counts as asked.
   const auto asked = asked_.find(asked_tick_);
   const bool known =
       asked != asked_.end() && std::ssize(asked->second.parts) == asked->second.num_parts;
@@ -102,6 +109,8 @@ std::vector<std::string> InspectionListener::Missing() const {
 
 std::string InspectionListener::Await(int64_t tick, const bridge::TimeSource& time,
                                       const std::function<bool()>& stop) {
+  // From here on SENSORS of that tick say which modules must answer; those that came before are
+  // kept.
   asked_tick_ = tick;
   // Time counts anew while the run is alive and has not got there: it may hold still.
   int64_t until_us = time.NowUs() + kControlPatienceUs;
@@ -120,6 +129,7 @@ Json InspectionListener::AnswerJson(int module, const Inspection& answer) const 
   // A program that was deployed since lies in the run's folder, and names its source.
   const auto hash = static_cast<uint64_t>(answer.status.header.program_hash);
   const auto& description = run_.plan.description;
+  // Names of roles and fields are in the answer; only the source's name is in the image.
   const std::string image =
       hash == description.program_hash()
           ? description.program_image()

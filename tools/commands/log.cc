@@ -51,6 +51,7 @@ logger::RecorderOptions RecorderFor(const RunPlan& plan, const LogOptions& log) 
 /// From now on this process, when a message wakes it, does not take the processor from one that is
 /// at work.
 void LetOthersGoFirst() {
+  // Another policy than the usual one was chosen on purpose, and stays.
   const sched_param none = {};
   if (sched_getscheduler(0) == SCHED_OTHER) sched_setscheduler(0, SCHED_BATCH, &none);
 }
@@ -149,6 +150,8 @@ int Log(const LogOptions& options) {
                 {"hash", summary->run_hash},
                 {"complete", summary->complete},
                 {"reason", summary->reason}});
+  // A logger that was started by hand tells people; the launcher prints one summary for all
+  // processes.
   if (options.control_fd < 0) {
     Print("{}: {} events, {} bytes, hash {}, {}\n", summary->path, summary->events, summary->bytes,
           summary->run_hash, summary->reason);

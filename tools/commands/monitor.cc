@@ -40,7 +40,7 @@ struct MonitorOptions {
 using Sources = std::vector<std::unique_ptr<MonitorSource>>;
 using LogSources = std::vector<std::unique_ptr<LogSource>>;
 
-/// Bits of the token: more than anybody can guess.
+/// Bytes of the token: 128 bits cannot be guessed.
 constexpr int kTokenBytes = 16;
 /// While a run goes on, requests of clients wait no longer than this.
 constexpr int kLiveWaitMs = 10;
@@ -81,8 +81,11 @@ Result<bridge::ServerOptions> ServerOptionsOf(const MonitorOptions& options) {
   bridge::ServerOptions server;
   server.address = options.bind;
   server.port = options.port;
+  // Beyond this machine even looking wants the token; on it only commands do.
   server.gate.token_to_read = !IsLoopback(options.bind);
   server.gate.origins = options.origins;
+  // Besides localhost and addresses, which are let in anyway, browsers may ask for this machine by
+  // its name.
   if (const std::string name = MachineName(); !name.empty()) server.gate.hosts = {name};
   if (!options.token.empty() && !IsUsableToken(options.token)) {
     return Fail("--token: expected at least 8 of A-Z a-z 0-9 - _");
@@ -90,7 +93,7 @@ Result<bridge::ServerOptions> ServerOptionsOf(const MonitorOptions& options) {
   const Result<std::string> token = options.token.empty() ? NewToken() : options.token;
   if (!token) return Fail(token.error().message);
   server.gate.token = *token;
-  // A page that somebody names must be there; without the build's own there is a plain one.
+  // A page that is named must be there; without the build's own there is a plain one.
   const bool chosen = !options.page.empty();
   auto page = LoadPage(chosen ? options.page : DefaultPageFolder());
   if (!page && chosen) return Fail("--page: " + page.error().message);
@@ -226,6 +229,7 @@ void Announce(const MonitorOptions& options, const bridge::OutwardServer& server
 /// time is over. One thread looks after all sources; the server's own never waits for it.
 void Serve(const MonitorOptions& options, const Sources& sources, bridge::SessionHub* hub) {
   // A run waits for messages in its Step, so what clients want is only looked at.
+  // OpenSources puts the run last.
   const bool live = dynamic_cast<LiveSource*>(sources.back().get()) != nullptr;
   const WallTimer timer;
   int wait_ms = 0;
@@ -236,7 +240,7 @@ void Serve(const MonitorOptions& options, const Sources& sources, bridge::Sessio
     }
     const auto requests = hub->TakeRequests(live ? 0 : next_ms);
     for (const bridge::ClientRequest& request : requests) Route(request, sources, hub);
-    // Where there was one request the next is likely to follow, as while somebody drags a slider.
+    // Where there was one request the next is likely to follow, as while a slider is dragged.
     wait_ms = requests.empty() ? kLiveWaitMs : 0;
   }
 }

@@ -92,6 +92,7 @@ Json MotionJson(const MotionText& text, const model::Robot& robot, const MotionR
                 size_t* room) {
   Json meetings = Json::array();
   bool complete = true;
+  // Dockings that are alike were tried once, by the first of them, and meet in the same postures.
   for (const MeetingsOfDockings& alike : report.meetings) {
     for (const int d : alike.dockings) {
       for (const LinkMeeting& meeting : alike.links) {
@@ -119,6 +120,7 @@ Json MotionJson(const MotionText& text, const model::Robot& robot, const MotionR
 /// Two links that meet, in which postures, and between which other modules it is so too.
 void PrintMeeting(const MotionText& text, const MeetingsOfDockings& alike,
                   const LinkMeeting& meeting, int postures) {
+  // What is told is told of the first docking; the others have the same links under other names.
   const int d = alike.dockings.front();
   Print("  {} in {} of {}, up to {} m deep\n", text.Links(d, meeting), meeting.num_postures,
         Counted(postures, "posture"), DepthText(meeting.deepest.depth_m));
@@ -180,11 +182,13 @@ void AddMotionOptions(Subcommand* sub, MotionChoice* choice) {
       sub->Add("--postures", &choice->postures, "Postures of each connection (default 1000)")
           .Range(1, 1000000);
   const Option seed = sub->Seed(&choice->seed, "Of the postures drawn at random (default 1)");
+  // Kept so that IsUsable can tell which of them were given without --motion.
   choice->others = {{"--robot", robot}, {"--postures", postures}, {"--seed", seed}};
 }
 
 bool IsUsable(const MotionChoice& choice) {
   for (const auto& [name, option] : choice.others) {
+    // An option without --motion would do nothing, and its user would not know.
     if (choice.wanted || !option.given()) continue;
     Unusable(name + " goes with --motion");
     return false;
@@ -207,6 +211,8 @@ int CheckMotions(const MotionChoice& choice, const model::Model& model, Json* js
   }
   Json robots = Json::array();
   size_t room = kMostMeetings;
+  // In the solver's own measure (MotionReport::work), which depends on the model alone and not on
+  // the machine.
   double work = 0.0;
   bool meet = false;
   for (size_t i = 0; i < chosen.size(); ++i) {

@@ -27,7 +27,7 @@ namespace {
 
 constexpr double kLatestSeconds = 1e9;  ///< Of a range; far beyond any log.
 
-/// Where no line was given for --break: no number that anybody means.
+/// Where no line was given for --break: a number that is none of a line.
 constexpr int kNoLine = std::numeric_limits<int>::min();
 
 /// The options of `morphbus replay`; `replay` holds those that the replayer itself takes.
@@ -68,12 +68,15 @@ constexpr double kFastestReplay = 64;
 /// Half or double the speed; from as fast as possible (0) the slower one is the fastest of these.
 double NextSpeed(double speed, bool faster) {
   if (speed <= 0) return faster ? 0.0 : kFastestReplay;
+  // A speed that --speed put outside of the range may stay there, but goes no farther.
   return std::clamp(faster ? speed * 2 : speed / 2, std::min(speed, kSlowest),
                     std::max(speed, kFastestReplay));
 }
 
 /// Does what a key asks for.
 void Obey(const TerminalKey& key, logger::Replayer* replayer, Session* session) {
+  // Seeking and resuming begin a new schedule at this moment, on the clock by which the replayer
+  // sends.
   const int64_t now_us = bridge::MonotonicTime().NowUs();
   const double time_s = replayer->progress().time_s;
   switch (key.kind) {
@@ -97,6 +100,7 @@ void Obey(const TerminalKey& key, logger::Replayer* replayer, Session* session) 
     return replayer->paused() ? replayer->Resume(now_us) : replayer->Pause(now_us);
   }
   if (key.character == '.') {
+    // A replay that runs is paused by it, and goes on by one tick.
     if (!replayer->paused()) replayer->Pause(now_us);
     return replayer->Step();
   }
@@ -125,7 +129,7 @@ void Attend(logger::Replayer* replayer, Session* session) {
     if (!key) break;
     Obey(*key, replayer, session);
   }
-  // Paused without anybody who could press a key, it would wait for ever.
+  // Paused and without an input from which a key could come, it would wait for ever.
   if (session->keys && session->keys->ended()) {
     session->keys.reset();
     session->stdin_ended = replayer->paused() && !session->stop;
@@ -176,6 +180,7 @@ std::string WhyNotInto(const ReplayOptions& options) {
   if (breaks && options.break_line < 1) return "--break: expected a line, 1 or more";
   const logger::ReplayOptions standard;
   const logger::ReplayOptions& replay = options.replay;
+  // Options that a rerun has no use for; --break takes --from and --to, for itself.
   const std::pair<const char*, bool> given[] = {
       {"--speed", replay.speed != standard.speed},
       {"--from", replay.from_s != standard.from_s && !breaks},
@@ -242,6 +247,7 @@ int ReplayLog(ReplayOptions options) {
                      .json = options.json});
   }
   if (const std::string why = WhyUnusable(options); !why.empty()) return Unusable(why);
+  // The replayer takes a negative end for the log's own.
   options.replay.to_s = options.to_s.value_or(-1.0);
   Result<std::string> description = LentDescription(options.description);
   if (!description) return Unusable(description.error().message);
@@ -263,6 +269,7 @@ int ReplayLog(ReplayOptions options) {
   // A terminal shows progress and takes keys; a script only gets the result.
   Session session;
   session.fancy = IsFancyTerminal(STDERR_FILENO);
+  // With --paused keys are read from a pipe as well, so that scripts can steer a replay.
   if (options.replay.paused || isatty(STDIN_FILENO) == 1) session.keys.emplace(STDIN_FILENO);
   if (session.fancy && isatty(STDIN_FILENO) == 1) Say("{}\n", kKeys);
   const Result<logger::ReplayProgress> done =
@@ -272,7 +279,7 @@ int ReplayLog(ReplayOptions options) {
   // The line of progress goes before anything else is printed.
   if (session.fancy) Say("\r\033[K");
   if (!done) return Unusable(done.error().message);
-  // The replay was stopped because nobody could have resumed it.
+  // The replay was stopped because no key could have resumed it.
   if (session.stdin_ended) {
     return Unusable(
         "the replay waits for a key, but its input has ended: run it in a terminal, or "

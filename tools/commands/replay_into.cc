@@ -74,6 +74,8 @@ void WarnOfGaps(const logger::RerunSummary& done, const logger::RunLog& log) {
         "in real time a log does not tell which messages had come by the end of a tick: "
         "differences may come from that");
   }
+  // A neighbour's message that the log lacks may have reached the module, which then knew more than
+  // it does now.
   if (done.unheard > 0) {
     Warn(fmt::format("the log lacks {} of neighbours", Counted(done.unheard, "message")));
   }
@@ -109,6 +111,8 @@ int RunAgain(const ReplayInto& options) {
   visitors.message = [&](const logger::MessageAgain& message) { differences.Take(message); };
   // The tick in which the time asked for lies; the first one if that is earlier.
   const auto is_asked_for = [&](const vm::TickInput& input) {
+    // A tick's time is that of its beginning; the time asked for lies in it if it ends later than
+    // that.
     const double end_s = static_cast<double>(input.sim_time_us + log->facts.tick_us) * 1e-6;
     return options.at_s && known.is_null() && end_s > *options.at_s;
   };
@@ -117,13 +121,18 @@ int RunAgain(const ReplayInto& options) {
   };
   if (!options.steps.empty()) {
     visitors.step = [&](const logger::ComputedStep& step) {
+      // Steps come before their tick, so that `known` is still empty during those of the tick asked
+      // for, and set for all later ones.
       if (is_asked_for(step.input)) trace.Take(step);
       if (!known.is_null() && !next_steps_us) next_steps_us = step.input.sim_time_us;
     };
   }
+  // Without --break it stays empty, and its text too.
   BreakTrace breaks(options.break_line, options.from_s,
                     options.to_s.value_or(std::numeric_limits<double>::infinity()));
   if (options.break_line > 0) {
+    // Takes the place of the visitor above: --break does not go with --at, without which there are
+    // no steps.
     visitors.step = [&](const logger::ComputedStep& step) { breaks.Take(step); };
   }
   // A run that cannot be judged is of no use.
@@ -133,6 +142,7 @@ int RunAgain(const ReplayInto& options) {
     return Unusable(
         fmt::format("{}: holds no tick with what {} sensed and said", options.log, options.module));
   }
+  // Every tick up to the last one was run, and none was the one asked for.
   if (options.at_s && known.is_null()) {
     return Unusable(fmt::format("--at {}: the last tick of {} begins at {:.2f} s", *options.at_s,
                                 options.module,
@@ -164,10 +174,12 @@ int RunAgain(const ReplayInto& options) {
       if (next_steps_us) {
         Print("  the next steps are at {:.2f} s\n", static_cast<double>(*next_steps_us) * 1e-6);
       }
+      // The state that follows is that after the steps: "after tick 125 ...".
       Print("after ");
     }
     PrintFindings(options, *done, known, differences, *log);
   }
+  // A difference is the answer no, whatever else was asked for.
   return differences.count() == 0 ? kDone : kNo;
 }
 

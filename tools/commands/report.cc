@@ -20,6 +20,7 @@ struct ReportOptions {
 /// Reads the log and writes the page.
 int WriteReport(const ReportOptions& options) {
   const WorkProgress progress;
+  // Whether the page can be written is found out before the log is read, which takes longer.
   if (!MayWrite(options.output, outputs::kReport, options.force, {options.log})) return kUnusable;
   // A damaged log is shown as far as it goes; the page says what is wrong with it.
   const Result<logger::RunLog> log = logger::LoadRunLog(options.log, {options.run, true});

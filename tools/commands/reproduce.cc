@@ -44,6 +44,7 @@ class SecondLog {
     }
     std::error_code failure;
     const std::filesystem::path parent = std::filesystem::temp_directory_path(failure);
+    // mkdtemp makes a folder that no other user can look into.
     std::string folder = (parent / "morphbus-reproduce-XXXXXX").string();
     if (failure || mkdtemp(folder.data()) == nullptr) {
       return Fail(fmt::format(
@@ -68,6 +69,7 @@ Result<logger::RunLog> RunAgain(RunPlan* plan, const ReproduceOptions& options,
                                 const std::string& log) {
   Result<RunDirectory> directory = RunDirectory::Claim("");
   if (!directory) return tl::unexpected(directory.error());
+  // The run's name is in its channels and not in what is compared, so that it may be another one.
   plan->description.set_run(directory->name());
   plan->description.set_started(WallTime());
   RunOptions launched;
@@ -151,6 +153,7 @@ int Reproduce(const ReproduceOptions& options) {
   if (!plan) return Unusable(options.log + ": " + plan.error().message);
   const auto second = SecondLog::At(options.output);
   if (!second) return Unusable(second.error().message);
+  // A process can enter a network of its own only before it has threads.
   if (options.processes) {
     if (Result<void> entered = EnterPrivateNetwork(); !entered) {
       return Unusable(entered.error().message);

@@ -76,14 +76,16 @@ void AddProblems(const BothSources& both, const StaticRole& module,
   }
 }
 
-/// A role that nobody plays, which may be one for other robots: where the program declares it, and
-/// what the module that comes nearest lacks.
+/// A role that no module plays, which may be one for other robots: where the program declares it,
+/// and what the module that comes nearest lacks.
 void AddUnplayed(const BothSources& both, const RunPlan& plan, const UnplayedRole& role,
                  source::Diagnostics* diagnostics) {
   source::Diagnostic& diagnostic = diagnostics->Warning(
+      // Without the program's text the warning has no place, which -1 stands for.
       both.LineAt(role.line).value_or(source::Span{-1, 0, 0}),
       fmt::format("no module of robot {} takes role {}", plan.robot().name, role.name));
   const std::string& nearest = role.nearest;
+  // A role that some module fits, and that none has, is held back by another role of that module.
   if (!nearest.empty()) {
     // Without its text the program's line cannot be shown, and what is wrong joins the sentence.
     const std::optional<source::Span> at = both.LineAt(role.lacks.line);
@@ -97,7 +99,7 @@ void AddUnplayed(const BothSources& both, const RunPlan& plan, const UnplayedRol
                               nearest.empty() ? "MODULE" : nearest, role.name));
 }
 
-/// Problems of several modules, and roles that nobody plays, with carets.
+/// Problems of several modules, and roles that no module plays, with carets.
 void PrintProblems(const RunPlan& plan, const StaticRoles& roles, ModelSource source) {
   // Of a large robot the first modules show what is wrong with all.
   const BothSources both(plan, std::move(source));
@@ -280,6 +282,8 @@ void PrintParts(const BothSources& both, const RoleExplanation& why, bool all) {
       Print("line {}: {}\n", line, text);
     }
   };
+  // Three things can speak against it: that it is abstract, that the type lacks a keyword, and
+  // parts that do not hold.
   if (why.is_abstract) say(why.line, "the role is abstract: only its subroles are taken");
   if (!why.lacks.empty()) say(why.line, "the module's type has no " + why.lacks);
   for (const ExplainedPart& part : why.parts) {

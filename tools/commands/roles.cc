@@ -72,7 +72,9 @@ std::optional<std::vector<Recognized>> RecognizeProgram(const RolesOptions& opti
   for (const std::string& robot : options.robots) {
     Recognized& one = found.emplace_back();
     one.program = path;
+    // Recognize has looked all names up, so that there is a robot.
     one.robot = PickRobot(model, robot)->name;
+    // It stays in the list without roles, which is told as "does not compile".
     if (!program) continue;
     const std::optional<RunPlan> plan = PlanCompiled(RunOf(options, path, robot), model, *program);
     if (!plan) return std::nullopt;
@@ -87,6 +89,7 @@ std::optional<std::vector<Recognized>> RecognizeProgram(const RolesOptions& opti
 int Recognize(const RolesOptions& options) {
   const std::optional<model::Model> model = LoadModel({options.file});
   if (!model) return kUnusable;
+  // All names are looked up before the first program is tried, which takes longer.
   for (const std::string& robot : options.robots) {
     if (PickRobot(*model, robot) == nullptr) return kUnusable;
   }
@@ -101,6 +104,7 @@ int Recognize(const RolesOptions& options) {
   } else {
     PrintRecognized(found);
   }
+  // The answer is yes if any program fits any robot wholly.
   const bool any = std::any_of(found.begin(), found.end(),
                                [](const Recognized& one) { return FitOf(one) == Fit::kAll; });
   return any ? kDone : kNo;

@@ -28,6 +28,7 @@ std::string LogPath(const RunOptions& options, const std::string& run, int numbe
   // Absolute, for the summary and for `morphbus runs`, which may be asked from another folder.
   namespace fs = std::filesystem;
   fs::path path = options.log.empty() ? "morphbus-" + run + ".log" : options.log;
+  // Each run has a log of its own; without --log the run's name makes it so.
   if (options.repeat > 1 && !options.log.empty()) {
     path.replace_filename(
         fmt::format("{}-{}{}", path.stem().string(), number, path.extension().string()));
@@ -42,6 +43,7 @@ std::string WhyNoLog(const std::string& log) {
     return "a log is a file, which is read again when the run ends: give it a name";
   }
   const std::string folder = std::filesystem::path(log).parent_path();
+  // Both rights are needed to make a file in a folder and to rename it there.
   if (access(folder.c_str(), W_OK | X_OK) != 0) return std::strerror(errno);
   // What the log is called in the end, and while it is written.
   for (const std::string& path : {log, log + ".partial"}) {
@@ -86,7 +88,8 @@ std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number
   plan->description.set_started(WallTime());
   const std::optional<RunRecord> record = RecordOf(options, directory->name(), number);
   if (!record) return std::nullopt;
-  // In one process there is no bus, so that nobody can join: the URL stays empty.
+  // In one process there is no bus that others could join: the URL stays empty.
+  // The entry lets spy, monitor and control find the run by its name; it goes with the directory.
   RunEntry entry{directory->name(),
                  getpid(),
                  plan->description.started(),
@@ -124,6 +127,7 @@ int StatusOf(const Json& summary) {
   const Json& roles = summary["roles"];
   const bool none =
       std::all_of(roles.begin(), roles.end(), [](const Json& role) { return role.is_null(); });
+  // Problems are told only of programs that have roles.
   return none && !summary["problems"].empty() ? kNo : kDone;
 }
 

@@ -52,7 +52,7 @@ struct SimControls {
   std::unique_ptr<bridge::ControlService> service;  ///< None in a run started by hand.
 };
 
-/// Lets the run obey the script in its folder and whoever has its key.
+/// Lets the run obey the script in its folder, and commands that bear its key.
 Result<std::unique_ptr<SimControls>> MakeControls(const std::string& folder, const RunPlan& plan,
                                                   bridge::Bus* bus, const bridge::TimeSource* time,
                                                   ControlLink* link,
@@ -65,6 +65,8 @@ Result<std::unique_ptr<SimControls>> MakeControls(const std::string& folder, con
       std::make_unique<ControlDesk>(plan, std::move(*script), folder, participant, robot);
   ControlDesk* desk = controls->desk.get();
   participant->OnAfterTick([desk](int64_t tick) { desk->AfterTick(tick); });
+  // A sim that was started by hand has no folder, and so neither a script nor a launcher to give
+  // orders to.
   if (folder.empty()) return controls;
   // Commands come over the bus, their answers go back there, and the launcher has the processes.
   const bridge::Sender sender = {plan.description.run(), std::string(bridge::kSimProcess),
@@ -92,11 +94,11 @@ int Simulate(const SimCommandOptions& options) {
   if (!plan) return kUnusable;
   Result<bridge::SimParticipantOptions> participant_options = SimOptions(*plan, !options.no_logger);
   if (!participant_options) return Unusable(participant_options.error().message);
-  // The launcher has started everyone: who is not there soon will not come.
+  // The launcher has started all processes: one that is not there soon will not come.
   const bool by_hand = options.control_fd < 0;
   participant_options->timing.join_silence_us =
       std::llround((by_hand ? options.give_up_s : kJoinS) * 1e6);
-  // The world is built before anyone is told of it: a large one takes seconds.
+  // The world is built before the first message: a large one takes seconds.
   const auto robot = BuildRobot(*plan);
   if (!robot) return Unusable(robot.error().message);
   const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenRunBus(options.plan.options.lcm_url);
@@ -106,6 +108,8 @@ int Simulate(const SimCommandOptions& options) {
   if (!key) return Unusable(key.error().message);
   bridge::SealedBus sealed(lcm->get(), *key);
   bridge::MonotonicTime time;
+  // Nearest to the sim are the faults, then the key, then the network: what is lost on purpose has
+  // been checked before.
   bridge::FaultyBus bus(&sealed, plan->faults, bridge::kSimProcess,
                         [&time] { return time.NowUs(); });
   bridge::LateMessages late({&bus});
@@ -121,10 +125,10 @@ int Simulate(const SimCommandOptions& options) {
   ControlDesk& desk = *(*controls)->desk;
   participant.OnBeforeTick([&](int64_t tick) {
     desk.BeforeTick(tick);
-    if (tick == 1) since_first_tick = WallTimer();  // tick 0 waits for everyone to join
+    if (tick == 1) since_first_tick = WallTimer();  // tick 0 waits for all to join
   });
   if (by_hand) {
-    // Who starts processes by hand wants to know which one is missing.
+    // People who start processes by hand want to know which one is missing.
     participant.OnMissing([](const std::vector<std::string>& missing) {
       Say("morphbus: waiting for {} to join\n", NameSome(missing));
     });
@@ -133,6 +137,8 @@ int Simulate(const SimCommandOptions& options) {
   bool stopping = false;
   WallTimer since_stop;
   Ticker watch(kWatchUs, [&] {
+    // The launcher's line brings two things: the wish to stop, and that an order about a process
+    // was carried out.
     const std::string reason = StopReason(&link, [&](const Json& message) {
       if (message.contains("ordered")) desk.OrderDone(message.value("ordered", ""));
     });
@@ -140,7 +146,7 @@ int Simulate(const SimCommandOptions& options) {
       stop = reason;
       since_stop = WallTimer();
     }
-    // The run ends at its next tick. Where the launcher has started everyone, it begins first.
+    // The run ends at its next tick. Where the launcher has started all processes, it begins first.
     const bool begun = participant.tick() > 0 || since_stop.seconds() > kBeginSeconds;
     if (!stop.empty() && !stopping && (by_hand || begun)) {
       stopping = true;

@@ -49,6 +49,7 @@ int PrintSpy(bridge::LcmTap* tap, SpyTable* table, SpyOptions options,
     pollfd ready = {tap->fd(), POLLIN, 0};
     const double wait_ms = std::clamp((next - timer.seconds()) * 1000.0, 0.0, 50.0);
     poll(&ready, 1, static_cast<int>(wait_ms));
+    // All that has come so far, with its time of arrival by the kernel.
     tap->Take([&](const bridge::TappedMessage& message) {
       table->Take(message.channel, message.data, message.size, message.arrival_ns);
     });
@@ -61,6 +62,7 @@ int PrintSpy(bridge::LcmTap* tap, SpyTable* table, SpyOptions options,
     PrintText(text);
     if (FlushResult() != 0) break;  // the reader is gone
     if (options.seconds > 0 && timer.seconds() >= options.seconds) break;
+    // Counted from the beginning, so that delays of single tables do not add up.
     next += options.interval;
   }
   return kDone;
@@ -85,6 +87,7 @@ int Spy(const SpyOptions& options) {
   if (!schema) return Unusable(schema.error().message);
   WarnOfMany(warnings);
   // The key is read before the run's network is entered, which may change the user.
+  // A bus that is named by its URL alone belongs to no run of this machine.
   const bool elsewhere = options.run.run.empty() && !options.run.lcm_url.empty();
   const Result<RunEntry> own = elsewhere ? Fail("elsewhere") : FindRun(options.run.run);
   const Result<bridge::RunKey> key =
@@ -94,7 +97,7 @@ int Spy(const SpyOptions& options) {
   if (!url) return Unusable(url.error().message);
   const Result<std::unique_ptr<bridge::LcmTap>> tap = bridge::LcmTap::Open(*url);
   if (!tap) return Unusable(tap.error().message);
-  // All channels, also those of other programs: what is strange on the bus is what one looks for.
+  // All channels, also those of other programs: what is strange on the bus is what the spy is for.
   SpyTable table(std::move(*schema));
   if (key) table.KnowKey(own->name, *key);
   CatchSignals();
