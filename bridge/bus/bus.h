@@ -59,7 +59,7 @@ struct Ledger {
   int64_t conflicts = 0;
   int64_t outside_window = 0;
   int64_t fragments = 0;  ///< Parts of messages longer than a datagram.
-  /// Filters that the kernel refused: every message of anybody woke the process from then on.
+  /// Filters that the kernel refused: every message of any program woke the process from then on.
   int64_t refused_filters = 0;
   /// The first message that was refused as unauthentic or by one of these three, for people; empty
   /// if there was none.
@@ -99,7 +99,7 @@ struct Interest {
 };
 
 /// One participant's access to the messages of a run. Delivery is as on UDP: a message may be lost,
-/// doubled or late, and nobody is told. Not to be shared between threads.
+/// doubled or late, and no party is told. Not to be shared between threads.
 class Bus {
  public:
   /// Called from Handle() only, in order of arrival, never from another thread. Must not throw.
@@ -147,7 +147,7 @@ class Bus {
   /// Messages dropped because the bounded queue (4096) was full.
   [[nodiscard]] virtual int64_t queue_overflows() const { return 0; }
 
-  /// Fragments of long messages, which nobody of ours sends; refused unread.
+  /// Fragments of long messages, which no process of ours sends; refused unread.
   [[nodiscard]] virtual int64_t fragments() const { return 0; }
 
   /// Messages dropped unread because they had not the run's key; only a SealedBus looks.

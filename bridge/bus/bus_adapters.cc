@@ -11,14 +11,14 @@
 
 namespace morphbus::bridge {
 
-/// Who of the endpoints wants what; each channel is subscribed once on the shared bus.
+/// Which of the endpoints wants what; each channel is subscribed once on the shared bus.
 struct BusMux::Impl {
   /// A handler of an endpoint; shared, since it may be replaced while it runs.
   struct Client {
     std::shared_ptr<Bus::Handler> handler;
     Interest interest;
   };
-  /// Who wants a channel or prefix, by number and so in order of connection.
+  /// The endpoints that want a channel or prefix, by number and so in order of connection.
   using Route = std::map<int, Client>;
   using Routes = TextTable<Route>;
 
@@ -29,7 +29,7 @@ struct BusMux::Impl {
       const bool wakes = merged.wakes || client.interest.wakes;
       Interest same = client.interest;
       same.wakes = merged.wakes;
-      // Whoever needs other messages than the rest makes all of them needed.
+      // An endpoint that needs other messages than the rest makes all of them needed.
       if (same != merged) merged = Interest();
       merged.wakes = wakes;
     }

@@ -42,7 +42,7 @@ class ForwardingBus : public Bus {
 /// the mux, nor the mux the bus.
 class BusMux {
  public:
-  /// @param bus  the shared one, which nobody else subscribes on.
+  /// @param bus  the shared one, on which nothing else subscribes.
   explicit BusMux(Bus* bus);
   ~BusMux();
 

@@ -249,7 +249,7 @@ ManyNames TakeManyNames(std::vector<ChannelInterest>* channels) {
     const std::string& text = channel.channel;
     names[prefix][topic].push_back(text.substr(prefix.size(), text.rfind('/') - prefix.size()));
   }
-  // Who has this many channels has them of one run.
+  // A bus with this many channels has them of one run.
   ManyNames many;
   size_t most = 0;
   for (const auto& [run, topics] : names) {

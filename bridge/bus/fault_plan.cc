@@ -16,7 +16,7 @@ using source::Span;
 
 /// The largest time that is taken, seconds of sim time: as that of --seconds.
 constexpr double kMostSeconds = 1e6;
-/// The largest lateness, seconds: longer than anybody waits for an answer.
+/// The largest lateness, seconds: longer than any party waits for an answer.
 constexpr double kMostLateSeconds = 10;
 
 /// A word of the file, without blanks, and where it stands.
@@ -57,6 +57,7 @@ class Parser {
   FaultPlan Parse() {
     size_t begin = 0;
     while (begin < text_.size() && !diagnostics_->full()) {
+      // The last line need not end with a newline.
       const size_t end = std::min(text_.find('\n', begin), text_.size());
       ParseLine(WordsOf(begin, end));
       begin = end + 1;
@@ -207,7 +208,7 @@ class Parser {
         .Hint("seconds of sim time end in s or ms (2.5s); a whole number alone is a tick (125)");
   }
 
-  /// @param names  what the pattern may stand for; empty: nobody knows.
+  /// @param names  what the pattern may stand for; empty: that is not known.
   void ParsePattern(const Word& value, const std::vector<std::string>& names,
                     std::string* pattern) {
     *pattern = value.text;
@@ -216,7 +217,7 @@ class Parser {
                           "expected a name or a pattern, in which * stands for anything");
       return;
     }
-    // A pattern that fits nobody is mistyped, and its rule would do nothing without a word.
+    // A pattern that fits no name is mistyped, and its rule would do nothing without a word.
     const auto fits = [&](const std::string& name) { return MatchesPattern(*pattern, name); };
     if (names.empty() || std::any_of(names.begin(), names.end(), fits)) return;
     diagnostics_->Error(value.span, "nothing in this run is called '" + *pattern + "'")
@@ -230,6 +231,7 @@ class Parser {
       diagnostics_->Error(first.span, "the rule does nothing")
           .Hint("it needs a loss, duplicate, reorder, late or corrupt above 0");
     }
+    // A `late` of 0 with a `by` would do nothing, and a `late` without one has no bound.
     if (given.contains("by") != (rule.late > 0)) {
       diagnostics_->Error(first.span, "'late' above 0 and 'by' need each other")
           .Hint(
@@ -240,6 +242,7 @@ class Parser {
       diagnostics_->Error(first.span, "'delay' needs a 'reorder' above 0")
           .Hint("reorder is the chance that a message is late, delay how late it can be");
     }
+    // Ticks and times are both looked at; what is not given is 0 or without end, which passes.
     if (rule.from_tick >= rule.until_tick || rule.from_us >= rule.until_us) {
       diagnostics_->Error(first.span, "the rule ends before it begins");
     }

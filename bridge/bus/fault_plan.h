@@ -18,7 +18,7 @@ inline constexpr int kMostFaultDelay = 256;
 /// The rules of text number `file` of `sources`. Nothing if there is any error, which `diagnostics`
 /// then has, with its place.
 /// @param modules  names of the run's modules, by which rules are found that can never hold; empty
-///                 where nobody knows them.
+///                 where they are not known.
 std::optional<FaultPlan> ParseFaultPlan(const source::SourceSet& sources, int file,
                                         const std::vector<std::string>& modules,
                                         source::Diagnostics* diagnostics);

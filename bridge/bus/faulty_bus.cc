@@ -100,6 +100,7 @@ std::vector<FaultyBus::Fate> FaultyBus::Draw(std::string_view channel, const uin
   const bool dated = size >= kSimTimeEnd;
   const int64_t tick = dated ? ReadBig(data + kTickOffset) : 0;
   const int64_t us = dated ? ReadBig(data + kSimTimeOffset) : 0;
+  // Patterns are of the channel without the run's name, which is another one in each run.
   const std::string_view local = channel.substr(channel.find('/') + 1);
   std::vector<const FaultRule*> rules;
   for (const FaultRule& rule : rules_) {
@@ -143,7 +144,8 @@ void FaultyBus::Deliver(const Delayed& message) {
   // The subscription may have ended while the message was held.
   const auto found = message.book->find(message.name);
   if (found == message.book->end()) return;
-  // What nobody hears is not counted, so that a receiver's bad messages can be compared with this.
+  // What has no subscriber any more is not counted, so that a receiver's bad messages can be
+  // compared with this.
   injected_.corrupted += message.damaged ? 1 : 0;
   // Kept alive: it may replace itself.
   const std::shared_ptr<Handler> handler = found->second;
@@ -174,6 +176,7 @@ Bus::Handler FaultyBus::Wrap(const Book* book, const std::string& name) {
       if (fate.damaged) Damage(&copy.bytes);
       injected_.delayed += fate.delay > 0 || fate.late_us > 0 ? 1 : 0;
       if (fate.late_us > 0) {
+        // Sorted by when they are due; DeliverLate is called from outside, as a bus has no thread.
         late_.emplace(now_us_() + fate.late_us, std::move(copy));
       } else if (fate.delay == 0) {
         Deliver(copy);
@@ -181,6 +184,7 @@ Bus::Handler FaultyBus::Wrap(const Book* book, const std::string& name) {
         delayed_.push_back(std::move(copy));
       }
     }
+    // Last, so that those which waited come behind this message, which overtook them.
     Overtake(waiting);
   };
 }
@@ -200,7 +204,7 @@ void FaultyBus::DeliverLate() {
 }
 
 void FaultyBus::Subscribe(const std::string& channel, Handler handler, const Interest& interest) {
-  // Who is spared need not pay for it.
+  // A receiver that no rule is for needs no copies of its messages.
   if (rules_.empty()) return inner_->Subscribe(channel, std::move(handler), interest);
   exact_[channel] = std::make_shared<Handler>(std::move(handler));
   inner_->Subscribe(channel, Wrap(&exact_, channel), interest);

@@ -63,7 +63,7 @@ bool MatchesPattern(std::string_view pattern, std::string_view text);
 /// Does to what arrives what the rules for one process say: the same with the same seed, rules,
 /// name and arrivals (splitmix64). Publishing is left alone: faults are at the receiver, so that
 /// each has its own. A message that is held back for later ones waits for as long as none come; one
-/// that is late until somebody calls DeliverLate (bridge/lockstep/late_messages.h).
+/// that is late until DeliverLate is called (bridge/lockstep/late_messages.h).
 class FaultyBus : public ForwardingBus {
  public:
   /// @param inner    outlives this bus.
@@ -106,11 +106,11 @@ class FaultyBus : public ForwardingBus {
     bool damaged = false;
   };
 
-  /// A handler for the inner bus that lets the message suffer before who subscribed gets it.
+  /// A handler for the inner bus that lets the message suffer before its subscriber gets it.
   Handler Wrap(const Book* book, const std::string& name);
   /// What happens to the copies of a message; empty if it is lost.
   std::vector<Fate> Draw(std::string_view channel, const uint8_t* data, size_t size);
-  /// Hands a message to who subscribed under its name, if anybody still does.
+  /// Hands a message to the subscriber of its name, if there still is one.
   void Deliver(const Delayed& message);
   /// Another message has come: delivers those of the first `count` delayed ones that waited for it.
   void Overtake(size_t count);

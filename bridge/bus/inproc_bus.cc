@@ -24,7 +24,7 @@ class InprocEndpoint : public Bus {
   InprocEndpoint& operator=(const InprocEndpoint&) = delete;
 
   void Publish(const std::string& channel, const uint8_t* data, size_t size) override {
-    // One copy of the bytes for all receivers, none where nobody listens.
+    // One copy of the bytes for all receivers, none where there is no listener.
     Message* message = nullptr;
     const auto fill = [&] {
       if (message != nullptr) return;
@@ -83,8 +83,8 @@ class InprocEndpoint : public Bus {
     if (const auto exact = subscriptions_.exact().find(channel);
         exact != subscriptions_.exact().end()) {
       StopListening(channel);
-      // Messages that wait for it are for nobody now, also if the channel is subscribed to again;
-      // only who has prefixes, too, gets what waits by its name.
+      // Messages that wait for it have no receiver now, also if the channel is subscribed to again;
+      // only an endpoint that has prefixes, too, gets what waits by its name.
       static const Subscriptions::Exact kNobody;
       for (Waiting& waiting : queue_) {
         if (waiting.subscription == exact->second.get()) waiting.subscription = &kNobody;
@@ -99,7 +99,7 @@ class InprocEndpoint : public Bus {
     // The places of messages that have been handled are used again.
     queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(handled_));
     handled_ = 0;
-    // In the first tick everybody hears what concerns all, and later only a little.
+    // In the first tick all endpoints hear what concerns all of them, and later only a little.
     constexpr size_t kUsualQueue = 256;
     if (queue_.empty() && queue_.capacity() > kUsualQueue) queue_.shrink_to_fit();
     // What arrives meanwhile is for the next round: a participant that talks to itself must come
@@ -136,12 +136,13 @@ class InprocEndpoint : public Bus {
     ~InHand() { hub->Release(message); }
   };
 
-  /// Who gets what is published on a channel, as long as nobody changes what he listens to.
+  /// The endpoints that get what is published on a channel, as long as no endpoint changes what it
+  /// listens to.
   struct Route {
     std::string channel;
     int64_t num_changes = -1;  ///< The hub's count when this was looked up.
-    /// Who wants it among those that listen to many channels, and who listens to just this one;
-    /// null if nobody does.
+    /// The endpoints that want it among those that listen to many channels, and those that listen
+    /// to just this one; null if none does.
     std::vector<InprocEndpoint*> broad;
     const std::vector<InprocHub::Listener>* exact = nullptr;
   };
@@ -158,7 +159,7 @@ class InprocEndpoint : public Bus {
       if (route.num_changes != hub_->num_changes_) LookUp(channel, &route);
       return route;
     }
-    // Somebody with more channels than are kept here forgets one of them.
+    // An endpoint with more channels than are kept here forgets one of them.
     const size_t place = count < kMostRoutes ? count : next_route_;
     if (place == count) routes_.emplace_back();
     next_route_ = place + 1 < routes_.size() ? place + 1 : 0;
@@ -177,8 +178,8 @@ class InprocEndpoint : public Bus {
     route->exact = listeners == hub_->listeners_.end() ? nullptr : &listeners->second;
   }
 
-  /// Calls `deliver` with everybody who wants the message, and the subscription that it is for;
-  /// null if several may match.
+  /// Calls `deliver` with every endpoint that wants the message, and the subscription that it is
+  /// for; null if several may match.
   template <class Deliverer>
   void Deliver(const std::string& channel, const uint8_t* data, size_t size,
                const Deliverer& deliver) {

@@ -66,9 +66,9 @@ class InprocHub {
   std::unordered_map<std::string, std::vector<Listener>> listeners_;
   std::vector<InprocEndpoint*> broad_listeners_;
   /// Channels that endpoints listen to quietly by how they begin and end, with how many do, and the
-  /// first message on each such channel since then: it is there for whoever comes to subscribe to
-  /// the channel by its name. So a thousand modules that do not know their neighbours yet have one
-  /// message of each other in common, and not a million.
+  /// first message on each such channel since then: it is there for an endpoint that comes to
+  /// subscribe to the channel by its name. So a thousand modules that do not know their neighbours
+  /// yet have one message of each other in common, and not a million.
   std::map<std::pair<std::string, std::string>, int> patterns_;
   std::unordered_map<std::string, Message*> early_;
   /// Keeps a message for those who may subscribe to its channel.

@@ -91,8 +91,8 @@ class SendingBus : public Bus {
   bool held_ = false, changed_ = false;
 };
 
-/// UDP multicast, LCM's default. Messages that need not wake anybody have a socket of their own,
-/// which nobody waits for.
+/// UDP multicast, LCM's default. Messages that need not wake the process have a socket of their
+/// own, which it never waits for.
 class UdpmBus : public SendingBus {
  public:
   using SendingBus::SendingBus;
@@ -105,7 +105,7 @@ class UdpmBus : public SendingBus {
       ppoll(nullptr, 0, &timeout, nullptr);
       return 0;
     }
-    // Datagrams become messages, and each message goes to whoever wants its channel.
+    // Datagrams become messages, and each message goes to the subscribers of its channel.
     int count = 0;
     const LcmDatagrams::Sink dispatch = [&](std::string_view channel, const uint8_t* data,
                                             size_t size) {

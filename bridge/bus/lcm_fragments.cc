@@ -24,6 +24,7 @@ uint32_t Big(const uint8_t* p, int bytes) {
 void LcmFragments::Drop(Partials::iterator partial, bool whole) {
   if (!whole) {
     ++given_up_;
+    // What still comes of this message must not count as another one given up.
     refused_sender_ = partial->first;
     refused_sequence_ = partial->second.sequence;
   }
@@ -39,6 +40,7 @@ void LcmFragments::MakeRoom(size_t bytes, uint64_t except) {
       if (it->first == except) continue;
       if (oldest == partials_.end() || it->second.begun < oldest->second.begun) oldest = it;
     }
+    // Nothing is left to give up but the message that needs the room, whose size Begin has bounded.
     if (oldest == partials_.end()) return;
     Drop(oldest, false);
   }

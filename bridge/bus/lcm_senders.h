@@ -1,5 +1,5 @@
 #pragma once
-// What LCM's own numbers tell of datagrams that were lost, whoever sent them.
+// What LCM's own numbers tell of datagrams that were lost, of any program's.
 
 #include <cstddef>
 #include <cstdint>
@@ -8,7 +8,7 @@
 namespace morphbus::bridge {
 
 /// Counts gaps in the numbers that every LCM sender gives its messages on a multicast group, over
-/// all channels. They tell what a listener missed of anybody's traffic, though not on which
+/// all channels. They tell what a listener missed of any program's traffic, though not on which
 /// channel. Knows 4096 senders at most; of more, those heard least recently are forgotten.
 class LcmSenders {
  public:

@@ -37,7 +37,9 @@ DatagramStart StartOf(const Datagram& datagram) {
 class UdpmTap : public LcmTap {
  public:
   explicit UdpmTap(std::unique_ptr<UdpmSocket> socket) : socket_(std::move(socket)) {
+    // The kernel's times of arrival: those of a process that is busy come late.
     socket_->TellArrivals();
+    // The spy wants all channels, other programs' too.
     socket_->PassEverything();
   }
 
@@ -56,6 +58,7 @@ class UdpmTap : public LcmTap {
     const auto take = [&](std::string_view channel, const uint8_t* data, size_t size) {
       sink({channel, data, size, datagram.arrival_ns});
     };
+    // Both kinds count up one number for each datagram of a sender, by which gaps are seen.
     if (start.magic == kLcmShortMagic || start.magic == kLcmFragmentMagic) {
       senders_.Take(datagram.sender, start.sequence);
     }
@@ -78,6 +81,7 @@ class ProviderTap : public LcmTap {
   explicit ProviderTap(lcm_t* lcm) : lcm_(lcm) {
     subscription_ = lcm_subscribe(lcm_, ".*", &OnMessage, this);
     if (subscription_ != nullptr) {
+      // LCM keeps 30 messages by itself and drops older ones.
       lcm_subscription_set_queue_capacity(subscription_, static_cast<int>(kMostAtOnce));
     }
   }
@@ -86,6 +90,8 @@ class ProviderTap : public LcmTap {
   ProviderTap& operator=(const ProviderTap&) = delete;
 
   void Take(const Sink& sink) override {
+    // LCM's callback has one pointer, which is the tap itself; so the sink of this call is kept in
+    // it.
     sink_ = &sink;
     pollfd ready = {fd(), POLLIN, 0};
     // lcm_handle never blocks while the descriptor is readable.
@@ -102,6 +108,7 @@ class ProviderTap : public LcmTap {
   static void OnMessage(const lcm_recv_buf_t* buffer, const char* channel, void* user) {
     const auto* tap = static_cast<ProviderTap*>(user);
     (*tap->sink_)({channel, static_cast<const uint8_t*>(buffer->data), buffer->data_size,
+                   // LCM tells microseconds.
                    buffer->recv_utime * 1000});
   }
 
@@ -115,7 +122,7 @@ class ProviderTap : public LcmTap {
 Result<std::unique_ptr<LcmTap>> LcmTap::Open(const std::string& url) {
   Result<LcmUrl> resolved = ResolveLcmUrl(url);
   if (!resolved) return tl::unexpected<Error>(resolved.error());
-  // Without a route nothing would ever be heard, and nobody told.
+  // Without a route nothing would ever be heard, and the silence would look like an empty bus.
   if (Result<void> route = CheckMulticastRoute(*resolved); !route) {
     return tl::unexpected<Error>(route.error());
   }

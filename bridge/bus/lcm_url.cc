@@ -121,6 +121,7 @@ Result<void> CheckUdpOptions(const std::string& url, const Parts& parts, std::op
       return Bad(url, "has the option '" + std::string(key) +
                           "', which LCM does not know; ttl and recv_buf_size exist");
     }
+    // LCM reads booleans of transmit_only so.
     const bool truth = value == "true" || value == "false";
     const int64_t number = truth ? value == "true" : ToNumber(value);
     if (number < known->lowest || number > known->highest) {
@@ -187,11 +188,14 @@ std::string MulticastInterface(uint32_t group) {
     // Addresses stand there in network byte order, as hexadecimal numbers of this machine.
     std::array<char, IF_NAMESIZE> name = {};
     unsigned destination = 0, flags = 0, metric = 0, mask = 0;
+    // Columns of proc(5), net/route: interface, destination, gateway, flags, references, uses,
+    // metric, mask. The heading does not fit and is passed over.
     constexpr const char* kColumns = "%15s %x %*x %x %*d %*d %u %x";
     if (std::sscanf(line.c_str(), kColumns, name.data(), &destination, &flags, &metric, &mask) != 5)
       continue;
     constexpr unsigned kUp = 1;
     if ((flags & kUp) == 0 || (htonl(group) & mask) != destination) continue;
+    // The longest mask wins, then the lowest metric, as in the kernel.
     const bool better = best.empty() || ntohl(mask) > best_mask ||
                         (ntohl(mask) == best_mask && metric < best_metric);
     if (!better) continue;

@@ -19,7 +19,7 @@ class Subscriptions {
   /// A subscription to one channel. A bus that keeps a pointer to it beside a message that waits
   /// needs no look-up by name to hand the message over; it forgets the pointer before Remove.
   struct Exact {
-    /// Shared, so that it can be replaced while it runs; null: the message is for nobody.
+    /// Shared, so that it can be replaced while it runs; null: the message is for no handler.
     std::shared_ptr<Bus::Handler> handler;
   };
   /// By the channel's name; a subscription stays where it is until it is removed.
@@ -30,7 +30,8 @@ class Subscriptions {
   /// As Bus::Subscribe and Bus::SubscribePrefix: an earlier handler of the same name is replaced.
   const Exact* Add(const std::string& channel, Bus::Handler handler);
   void AddPrefix(const std::string& prefix, Bus::Handler handler);
-  /// As Bus::SubscribeQuietly. Nobody needs two of them, so that a further one replaces the first.
+  /// As Bus::SubscribeQuietly. No process needs two of them, so that a further one replaces the
+  /// first.
   void SetPattern(const std::string& prefix, const std::string& suffix, Bus::Handler handler);
   /// Drops channel and prefix of this name; false if there was neither.
   bool Remove(const std::string& name);

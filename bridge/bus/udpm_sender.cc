@@ -42,6 +42,7 @@ std::unique_ptr<UdpmSender> UdpmSender::Open(const LcmUrl& url) {
 UdpmSender::~UdpmSender() { close(fd_); }
 
 bool UdpmSender::Send(std::string_view channel, const uint8_t* data, size_t size) {
+  // What is too long for one datagram is left to LCM, which sends fragments.
   if (channel.size() > kMostChannelBytes || channel.size() + 1 + size > kLongestShort) return false;
   // Each address numbers its datagrams by itself, as a sender of LCM's.
   const auto source = static_cast<size_t>(SourceOf(channel));

@@ -136,7 +136,7 @@ struct UdpmSocket::Batch {
 Result<std::unique_ptr<UdpmSocket>> UdpmSocket::Open(const LcmUrl& url) {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return Refused("open a socket");
-  // A filter before the group is joined, so that nothing that nobody asked for ever queues up.
+  // A filter before the group is joined, so that nothing queues up that was not asked for.
   std::unique_ptr<UdpmSocket> opened(new UdpmSocket(fd, url));
   opened->SetChannels({});
   if (Result<void> joined = Join(fd, url); !joined) return tl::unexpected<Error>(joined.error());
@@ -192,7 +192,7 @@ bool UdpmSocket::SetSenders(const std::vector<in_addr>& senders) {
   auto* filter = reinterpret_cast<ip_msfilter*>(bytes.data());
   filter->imsf_multiaddr.s_addr = htonl(group_);
   filter->imsf_interface.s_addr = htonl(INADDR_ANY);
-  // To exclude nobody is to listen to everybody.
+  // To exclude no sender is to listen to all.
   filter->imsf_fmode = senders.empty() ? MCAST_EXCLUDE : MCAST_INCLUDE;
   filter->imsf_numsrc = static_cast<uint32_t>(senders.size());
   uint8_t* list = bytes.data() + IP_MSFILTER_SIZE(0);

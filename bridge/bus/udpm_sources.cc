@@ -10,6 +10,8 @@ namespace morphbus::bridge {
 std::vector<in_addr> OtherSources() {
   std::vector<in_addr> sources = {{htonl(INADDR_ANY)}, {htonl(INADDR_LOOPBACK)}};
   ifaddrs* interfaces = nullptr;
+  // Without the list the two general addresses remain: datagrams of other senders on this machine
+  // are then refused.
   if (getifaddrs(&interfaces) != 0) return sources;
   for (const ifaddrs* i = interfaces; i != nullptr; i = i->ifa_next) {
     if (i->ifa_addr == nullptr || i->ifa_addr->sa_family != AF_INET) continue;

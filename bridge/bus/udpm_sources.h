@@ -19,7 +19,7 @@
 namespace morphbus::bridge {
 
 /// How many addresses there are. More of them tell channels apart better, but the kernel goes
-/// through all that anybody listens to for every datagram.
+/// through all that any process listens to for every datagram.
 inline constexpr int kNumSources = 64;
 
 /// A set of the addresses, by number.
