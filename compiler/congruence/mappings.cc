@@ -28,7 +28,9 @@ class SymmetryCounter {
         orbits_(bodies_) {}
 
   MappingCount Count() {
-    // The second factor matters only as far as the product stays below the limit.
+    // The group's order is the size of the seed's orbit times that of the seed's stabilizer (orbit
+    // and stabilizer theorem). The second factor matters only as far as the product stays below the
+    // limit.
     int64_t count = CountOrbit();
     if (count <= kMaxCounted) count *= CountInPlace(kMaxCounted / count);
     if (count > kMaxCounted) return {kMaxCounted, false};
@@ -69,7 +71,8 @@ class SymmetryCounter {
 
   /// The number of symmetries that take the seed to itself, or some number above `most`.
   int64_t CountInPlace(int64_t most) {
-    // All joints are matched with themselves in turn, each after its other ways were tried.
+    // All joints are matched with themselves in turn, each after its other ways were tried: a chain
+    // of stabilizers, whose orders are multiplied (after Schreier and Sims).
     Correspondence& matched = search_.matched();
     search_.Begin(search_.plan().seed);
     int64_t count = 1;
@@ -85,6 +88,7 @@ class SymmetryCounter {
         matched.Undo(before);
         if (count * ways > most) return count * ways;
       }
+      // From now on this joint stays where it is, and the next factor is that of its stabilizer.
       count *= ways;
       search_.Take(step, itself);
     }
@@ -105,6 +109,7 @@ bool ComesBefore(const model::Robot& b, const Mapping& x, const Mapping& y) {
     const int to_x = x.module_to[m];
     const int to_y = y.module_to[m];
     if (to_x == to_y) continue;
+    // A module that goes to one module comes before one whose joints go to several.
     if (to_x < 0 || to_y < 0) return to_x >= 0;
     return b.modules[to_x].name < b.modules[to_y].name;
   }
@@ -122,7 +127,9 @@ std::optional<Mapping> MappingInFrame(const ScrewGraph& a, const ScrewGraph& b,
   const int root = a.RootBody();
   const int root_b = b.RootBody();
   const Eigen::Vector3d moved = a.bodies[root].p_RoTo - b.bodies[root_b].p_RoTo;
+  // The robot frame is kept only if the root's body is at the same place in it,
   if (moved.norm() > LengthTolerance(a, b)) return std::nullopt;
+  // of the same class, and not turned, which is fixed before the search begins.
   if (classes.bodies[0][root] != classes.bodies[1][root_b]) return std::nullopt;
   Search search(a, b, classes, PlanByParts(a, root), steps);
   search.Begin(root_b);

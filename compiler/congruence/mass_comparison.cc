@@ -40,6 +40,7 @@ std::vector<BodyShape> ShapesOf(const ScrewGraph& graph) {
         }
       }
       // Moments about the reference point add up over the links (parallel axis theorem).
+      // T has the robot frame's directions, and its origin in the body's reference point.
       model::Pose X_TL = graph.X_RL[ref.module][ref.link];
       X_TL.translation() -= body.p_RoTo;
       const Vector3d centre = X_TL * mass.p_LoLcm_L;
@@ -66,6 +67,7 @@ Vector3d MiddleOf(const std::vector<Vector3d>& points) {
 
 /// Has each point of a one of b within `tolerance` (m), and are they as many?
 bool SamePoints(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b, double tolerance) {
+  // As many points, of which no two coincide, so that each has a partner of its own.
   if (a.size() != b.size()) return false;
   return std::all_of(a.begin(), a.end(), [&](const Vector3d& p) {
     return std::any_of(b.begin(), b.end(),
@@ -112,6 +114,7 @@ std::string MassComparer::MassDifference(int body, int image, const Matrix3d& R)
   const BodyShape& from = of_a_[body];
   const BodyShape& to = of_b_[image];
   const double mass = std::max(from.mass_kg, to.mass_kg);
+  // The radius of gyration is a length of the body's own: masses may lie far outside of its joints.
   const double length = extent_m_ + std::sqrt(std::max(from.inertia.trace(), to.inertia.trace()) /
                                               std::max(mass, 1e-12));
   // Of masses, moments (times a length) and inertias (times its square) the same part.

@@ -40,6 +40,7 @@ class PartPlanner {
     while (!open_.empty()) {
       Open& at = open_.back();
       const std::vector<int>& joints = graph_.bodies[at.body].joints;
+      // All joints of the body are gone through: what hangs on the joint that led here is complete.
       if (at.next == joints.size()) {
         if (at.step >= 0) Close(at.step);
         open_.pop_back();
@@ -64,6 +65,7 @@ class PartPlanner {
   /// Adds a step, and returns its number.
   int Add(int body, int joint) {
     const int part = part_of_[joint];
+    // The first joint of a part that is come to begins it, and gets its end by Close.
     plan_.steps.push_back({body, joint, begun_[part] ? 0 : kOpenEnd});
     begun_[part] = planned_[joint] = true;
     return static_cast<int>(plan_.steps.size()) - 1;
@@ -125,6 +127,8 @@ Plan PlanAsOne(const ScrewGraph& graph, int seed) {
   std::vector<bool> reached(graph.bodies.size(), false);
   std::vector<int> order = {seed};
   reached[seed] = true;
+  // The list is the queue of a walk in breadth: near joints fail first, at places that a person can
+  // follow.
   for (size_t i = 0; i < order.size(); ++i) {
     const int body = order[i];
     for (const int joint : graph.bodies[body].joints) {
@@ -152,6 +156,7 @@ int SeedBody(const ScrewGraph& a, const ScrewGraph& b, const Classes& classes) {
     const int body = static_cast<int>(i);
     const auto& [in_a, in_b] = members[classes.bodies[0][i]];
     const std::pair score(IsCoaxial(a, body, LengthTolerance(a, b)), std::max(in_a, in_b));
+    // A class without a body in b offers no place to begin at.
     if (in_b == 0 || (best >= 0 && score >= least)) continue;
     best = body;
     least = score;

@@ -201,6 +201,8 @@ class VariantFinder {
     std::vector<int> domain(PlacementsOfModule(order_[depth]).size());
     std::iota(domain.begin(), domain.end(), 0);
     if (!options_.seed) return domain;
+    // Fisher and Yates's shuffle; by remainders, and not by a distribution of the library, so that
+    // it is the same everywhere.
     for (size_t i = domain.size(); i > 1; --i) std::swap(domain[i - 1], domain[random_() % i]);
     return domain;
   }

@@ -41,6 +41,7 @@ Graph Neighbours(size_t modules, const std::vector<std::pair<int, int>>& edges) 
 /// For each module the one before it on a shortest way from `start`; -1 if there is none.
 std::vector<int> BreadthFirst(const Graph& graph, int start) {
   std::vector<int> before(graph.size(), -1);
+  // The start stands before itself, so that it is no longer "not reached".
   before[start] = start;
   std::queue<int> todo({start});
   while (!todo.empty()) {
@@ -119,6 +120,7 @@ class ModuleTree {
     const model::Pose wanted = X_WM_[docking.module_a] * Across(docking);
     const model::Pose& found = X_WM_[docking.module_b];
     const model::Connector& b = scope_.context.model.EndB(scope_.robot, docking);
+    // The gap is measured at b's connector, where a person sees it, and not at its module's origin.
     const Eigen::Vector3d p_MoCo_M = LinkOf(docking.module_b, b) * b.p_MoCo_M;
     const Eigen::AngleAxisd turn(wanted.rotation().transpose() * found.rotation());
     return {(wanted * p_MoCo_M - found * p_MoCo_M).norm(), std::abs(turn.angle())};
@@ -146,6 +148,7 @@ void ReportLoop(RobotScope& scope, size_t index, const Gap& gap, const Graph& cl
   const model::Docking& docking = scope.robot.dockings[index];
   const std::vector<int> before = BreadthFirst(closed, docking.module_a);
   std::vector<std::string> loop;
+  // From b back along the shortest way of dockings that close, up to a.
   for (int at = docking.module_b;; at = before[at]) {
     loop.push_back(scope.NameOf(at));
     if (at == docking.module_a || before[at] < 0) break;
@@ -259,6 +262,7 @@ class OverlapChecker {
     std::vector<size_t> near;
     const Cell cell = CellOf(m);
     for (int i = 0; i < 27; ++i) {
+      // Digits of i to the base of 3, less one, are steps of -1, 0 and 1 along the three axes.
       const Cell other = {cell[0] + i / 9 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i % 3 - 1};
       const auto it = grid_.find(other);
       if (it != grid_.end()) near.insert(near.end(), it->second.begin(), it->second.end());
@@ -299,11 +303,15 @@ class OverlapChecker {
   Overlap FindOverlap(size_t a, size_t b) {
     const int type_a = scope_.robot.modules[a].type;
     const int type_b = scope_.robot.modules[b].type;
+    // Rounding moves what touches into each other: overlap counts beyond a part of the modules'
+    // extent.
     double deepest = kOverlapTolerance * std::max(scope_.context.modules[type_a].extent_m,
                                                   scope_.context.modules[type_b].extent_m);
     Overlap overlap;
     for (const LinkPart& i : parts_[type_a]) {
       for (const LinkPart& j : parts_[type_b]) {
+        // Comparing two hulls costs about the product of their numbers of edges (hull_overlap.h),
+        // and a little for two of few.
         work_ += 10.0 + static_cast<double>(i.hull.edges.size()) *
                             static_cast<double>(j.hull.edges.size());
         const double depth = solver::PenetrationDepth(i.hull, state_.X_RL[a][i.link], j.hull,

@@ -67,6 +67,7 @@ class ConditionChecker {
     condition.span = expr.span;
     if (value) return condition;
     condition.kind = Condition::Kind::kNot;
+    // A fresh condition always holds.
     condition.children.emplace_back();
     condition.children[0].span = expr.span;
     return condition;
@@ -148,6 +149,7 @@ class ConditionChecker {
     const Expr& expr = Unwrapped(outer);
     PointRef ref;
     if (expr.kind == ExprKind::kTyped) {
+      // CollectBinders has seen to it that the name is that of one of the members.
       const bool of_a = MemberOf(solver::Side::kA).name.text == expr.path[0].text;
       ref.side = of_a ? solver::Side::kA : solver::Side::kB;
       return ref;
@@ -284,6 +286,7 @@ class ConditionChecker {
         any = true;
       }
     }
+    // A connector on which it is fixed may have any value, whatever those take on which it is free.
     if (fixed) found.states.clear();
     if (any) {
       WarnOfSlips(side, expr);

@@ -134,6 +134,7 @@ class FrameChecker {
   void SetFrame(const FrameAxis (&axes)[3]) {
     // Within the tolerance the axes may be a little off; the pose is exactly a rotation.
     const Eigen::Vector3d x = axes[0].axis.direction;
+    // x is kept, z is made square to it, and y to both (Gram and Schmidt's way).
     const Eigen::Vector3d z = x.cross(axes[1].axis.direction).normalized();
     scope_.robot.root_module = axes[0].module;
     scope_.robot.root_link = axes[0].link;

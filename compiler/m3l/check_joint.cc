@@ -64,6 +64,7 @@ class JointChecker {
     const bool limited =
         joint.type == model::JointType::kRevolute || joint.type == model::JointType::kPrismatic;
     if (!limited) {
+      // Infinite limits mean that there are none; those of a fixed joint stay 0.
       if (joint.type == model::JointType::kContinuous) {
         joint.lower = -std::numeric_limits<double>::infinity();
         joint.upper = std::numeric_limits<double>::infinity();
@@ -179,6 +180,8 @@ class JointChecker {
     const Eigen::Vector3d opposite = -b.direction;
     // The angle by atan2 is exact for small angles, where acos is not.
     const double angle = std::atan2(a.direction.cross(opposite).norm(), a.direction.dot(opposite));
+    // The distance of b's origin from a's line: the cross product with a unit vector has its
+    // length.
     const double distance = a.direction.cross(b.p_MoAo_M - a.p_MoAo_M).norm();
     // Joint axes may be the only geometry there is; then the distance is compared with a metre.
     const double extent = scope_.module.extent_m > 0.0 ? scope_.module.extent_m : 1.0;

@@ -103,6 +103,7 @@ class LinkChecker {
   /// The convex parts of a hull, `convex(...) + box(...) + ...`, in M (m).
   void CheckHull(const Expr& outer, model::Link* link) {
     const Expr& hull = Unwrapped(outer);
+    // Only sums of parts are hulls of parts; a difference is no shape.
     const bool sum =
         hull.kind == ExprKind::kSum && hull.ops.find_first_not_of('+') == std::string::npos;
     if (!sum) {
@@ -114,6 +115,7 @@ class LinkChecker {
       const std::vector<Eigen::Vector3d> part = CheckPart(child);
       if (part.empty()) continue;
       link->hull.insert(link->hull.end(), part.begin(), part.end());
+      // The parts lie one behind the other in one list, each with its end.
       link->part_ends.push_back(static_cast<int>(link->hull.size()));
     }
     if (link->part_ends.size() > kMaxParts || link->hull.size() > kMaxHullPoints) {
@@ -294,6 +296,7 @@ void CheckLinks(ModuleScope& scope) {
         "a module has at least one: link NAME: grouping=(...)";
   }
   std::vector<LinkChecker> checkers;
+  // The checkers stay for CheckMass, which needs the hulls of all links.
   checkers.reserve(decl.links.size());
   for (size_t i = 0; i < decl.links.size(); ++i) {
     checkers.emplace_back(scope, static_cast<int>(i));

@@ -24,6 +24,8 @@ class SensorChecker {
   }
 
   void Check() {
+    // Each attribute is checked whatever the others are like, so that all errors are found; only a
+    // sensor without any is taken over.
     const int errors = scope_.diagnostics.error_count();
     model::Sensor sensor;
     sensor.name = decl_.name.text;
@@ -41,6 +43,7 @@ class SensorChecker {
   bool CheckType(model::Sensor& sensor) {
     const Expr* expr = attributes_.Required("type", "types are distance, contact and tilt");
     if (!expr) return false;
+    // The type may be written as a name or in quotes.
     const std::string name = expr->kind == ExprKind::kString ? expr->text : SingleName(*expr);
     const std::optional<model::SensorType> type = model::SensorTypeNamed(name);
     if (!type) {
@@ -74,6 +77,7 @@ class SensorChecker {
     const auto direction =
         expr ? EvaluateVector(*expr, "direction", &scope_.diagnostics) : std::nullopt;
     if (!direction) return;
+    // Coordinates of any size are allowed here, so that the norm must not overflow.
     if (direction->stableNorm() > 1e-12) {
       sensor.direction = direction->stableNormalized();
     } else {
@@ -89,6 +93,7 @@ class SensorChecker {
                            : attributes_.Optional("range");
     const auto value = expr ? EvaluateNumber(*expr, &scope_.diagnostics) : std::nullopt;
     if (!value) return;
+    // Model units become metres, as everywhere.
     sensor.range_m = *value * scope_.unit_m;
     if (sensor.range_m >= 1e-6 && sensor.range_m <= kMaxRange_m) return;
     scope_.diagnostics.Error(
@@ -101,6 +106,7 @@ class SensorChecker {
     const Expr* expr = attributes_.Optional("noise");
     const auto value = expr ? EvaluateNumber(*expr, &scope_.diagnostics) : std::nullopt;
     if (!value) return;
+    // A deviation of a length is in model units, and that of a tilt in radians.
     sensor.noise = sensor.type == model::SensorType::kDistance ? *value * scope_.unit_m : *value;
     if (sensor.noise >= 0.0 && sensor.noise <= kMaxRange_m) return;
     scope_.diagnostics.Error(expr->span, "'noise' is a standard deviation, not below 0");
@@ -124,6 +130,7 @@ class SensorChecker {
 
 void CheckSensors(ModuleScope& scope) {
   const std::vector<SensorDecl>& sensors = scope.module.decl->sensors;
+  // All are checked before their number is, so that the first ones have their errors told.
   for (const SensorDecl& sensor : sensors) SensorChecker(scope, sensor).Check();
   if (sensors.size() <= kMaxSensors) return;
   scope.diagnostics.Error(sensors[kMaxSensors].name.span,

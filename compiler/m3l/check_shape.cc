@@ -95,6 +95,7 @@ class ShapeReader {
       return found->second;
     }
     Failed();
+    // The axis may be one whose name did not parse, which has been reported.
     if (scope_.names_lost) return {};
     Error(expr->span,
           name.empty() ? "'axis' is the name of an axis" : "there is no axis '" + name + "'")
@@ -130,6 +131,8 @@ class ShapeReader {
 
   const Expr* Required(const std::string& key, const std::string& example) {
     const Expr* expr = Find(key);
+    // What is missing is told once: with another error the argument may be the one that was
+    // mistyped.
     if (!expr && ok_) {
       Error(call_.span, "'" + Shape() + "' needs '" + key + "'").hint = "write " + example;
     }
@@ -140,6 +143,7 @@ class ShapeReader {
   /// Model units in metres.
   double Positive(double value, const Expr& expr, const std::string& key) {
     const double metres = value * scope_.unit_m;
+    // Put this way round the comparison refuses what is not a number.
     if (metres >= 1e-9 && metres <= kMaxCoordinate_m) return metres;
     Error(expr.span, "'" + key + "' is above 0, from 1e-9 to 1e6 metres");
     return 1.0;
@@ -154,6 +158,7 @@ std::vector<Vector3d> Box(ShapeReader& reader) {
   const Vector3d half = 0.5 * reader.Size();
   const Vector3d middle = reader.At(Vector3d::Zero());
   std::vector<Vector3d> corners;
+  // A bit of the number for each axis: on which side of the middle the corner lies.
   for (int i = 0; i < 8; ++i) {
     const Vector3d side((i & 4) != 0 ? 1.0 : -1.0, (i & 2) != 0 ? 1.0 : -1.0,
                         (i & 1) != 0 ? 1.0 : -1.0);
@@ -170,11 +175,13 @@ std::vector<Vector3d> Cylinder(ShapeReader& reader) {
   const AxisSymbol axis = reader.Axis();
   const Vector3d middle = reader.At(axis.p_MoAo_M);
   const int sides = reader.Sides();
+  // The coordinate axis on which w has the smallest part; of equal ones the first, within rounding.
   int least = 0;
   for (int k = 1; k < 3; ++k) {
     if (std::abs(axis.direction[k]) < std::abs(axis.direction[least]) - 1e-9) least = k;
   }
   const Vector3d& w = axis.direction;
+  // u is that axis without its part along w, and u, v, w are a right-handed frame.
   const Vector3d u = (Vector3d::Unit(least) - w[least] * w).normalized();
   const Vector3d v = w.cross(u);
   std::vector<Vector3d> corners;
@@ -194,6 +201,8 @@ std::vector<Vector3d> Sphere(ShapeReader& reader) {
   const double radius = reader.Length("radius");
   const Vector3d middle = reader.At(Vector3d::Zero());
   std::vector<Vector3d> corners;
+  // Whole numbers with |x| + |y| + |z| = n are the corners of an octahedron that is cut into n²
+  // triangles a face; each is then moved out to the sphere.
   for (int x = -kSphereSteps; x <= kSphereSteps; ++x) {
     for (int y = -kSphereSteps; y <= kSphereSteps; ++y) {
       const int z = kSphereSteps - std::abs(x) - std::abs(y);
@@ -224,6 +233,7 @@ std::optional<std::vector<Vector3d>> Mesh(const Expr& call, ModuleScope& scope) 
     return fail(name.span, hull.error().message)
         .Hint("meshes are STL files, text or binary, beside the file that names them");
   }
+  // Only the hull's corners count, however fine the mesh is.
   if (hull->size() > kMaxMeshCorners) {
     return fail(name.span, fmt::format("the convex hull of the mesh has {} corners, the most is {}",
                                        hull->size(), kMaxMeshCorners))
@@ -252,6 +262,8 @@ std::optional<std::vector<Vector3d>> CheckShape(const Expr& call, ModuleScope& s
       shape == "box"        ? std::vector<std::string>{"size", "at"}
       : shape == "cylinder" ? std::vector<std::string>{"radius", "length", "axis", "at", "sides"}
                             : std::vector<std::string>{"radius", "at"};
+  // Each function reads all its arguments, whatever is wrong with the first, so that all errors are
+  // told.
   ShapeReader reader(call, known, scope);
   std::vector<Vector3d> corners = shape == "box"        ? Box(reader)
                                   : shape == "cylinder" ? Cylinder(reader)

@@ -22,6 +22,7 @@ std::vector<const Decl*> Collect(const std::vector<FileAst>& files,
   std::map<std::string, const Decl*> seen;
   for (const FileAst& file : files) {
     for (const Decl& decl : file.*list) {
+      // A name that did not parse is empty, and says nothing about another one.
       const auto [it, fresh] = seen.emplace(decl.name.text, &decl);
       if (!fresh && !decl.name.text.empty()) {
         diagnostics->Error(decl.name.span, "there is another " + kind + " '" + decl.name.text + "'")
@@ -131,6 +132,7 @@ std::optional<model::Model> Check(const std::vector<FileAst>& files, CompileOutp
   std::vector<bool> sound;
   for (const CheckedConnection& connection : connections) sound.push_back(connection.valid);
   SolveConnections(connections, model, diagnostics);
+  // What `why` explains: connections may be asked about where robots have errors.
   output.solved.module_types = model.module_types;
   for (size_t i = 0; i < connections.size(); ++i) {
     const solver::ConnectionProblem& problem = connections[i].problem;
@@ -146,6 +148,7 @@ std::optional<model::Model> Check(const std::vector<FileAst>& files, CompileOutp
     auto& table = pairs.emplace_back();
     for (int i = 0; i < std::ssize(connection.options); ++i) {
       const model::ConnectionOption& option = connection.options[i];
+      // Robots name connectors: options are looked up by both.
       table[{option.connector_a, option.connector_b}].push_back(i);
     }
   }

@@ -60,6 +60,7 @@ void Mark(const Constants& constants, ModuleDecl* module) {
 /// Adds one constant to those above it.
 void Define(ConstDecl* decl, Constants* constants, source::Diagnostics* diagnostics) {
   const std::string& name = decl->name.text;
+  // These words are values of the language, which a constant would hide.
   const bool taken = name == "pi" || name == "true" || name == "false" || name == "bool";
   if (taken) {
     diagnostics->Error(decl->name.span, "'" + name + "' has a meaning already");
@@ -88,9 +89,13 @@ void ResolveConstants(std::vector<FileAst>* files, source::Diagnostics* diagnost
   Constants constants;
   for (FileAst& file : *files) {
     for (ConstDecl& decl : file.constants) {
+      // Files come in the order in which they were loaded, and constants in that of the text: a
+      // constant knows those above it only.
       if (!diagnostics->full()) Define(&decl, &constants, diagnostics);
     }
   }
+  // Marking before checking means that no checker needs to know of constants: a marked name has its
+  // number with it.
   if (constants.empty()) return;
   for (FileAst& file : *files) {
     for (ModuleDecl& module : file.modules) Mark(constants, &module);

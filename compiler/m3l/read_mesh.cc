@@ -29,6 +29,7 @@ constexpr size_t kTextTriangleBytes = 60;
 std::optional<size_t> BinaryTriangles(const std::string& bytes) {
   if (bytes.size() < kHeaderBytes) return std::nullopt;
   size_t count = 0;
+  // Four bytes, the lowest first.
   for (int i = 3; i >= 0; --i) count = count << 8U | static_cast<uint8_t>(bytes[80 + i]);
   if (bytes.size() != kHeaderBytes + kTriangleBytes * count) return std::nullopt;
   return count;
@@ -36,6 +37,7 @@ std::optional<size_t> BinaryTriangles(const std::string& bytes) {
 
 /// Lets the importer read STL and nothing else, whatever the bytes look like.
 void KeepStlOnly(Assimp::Importer* importer) {
+  // From the last to the first, since unregistering moves those behind.
   for (size_t i = importer->GetImporterCount(); i-- > 0;) {
     const aiImporterDesc* description = importer->GetImporterInfo(i);
     if (description != nullptr && std::string(description->mFileExtensions) == "stl") continue;
@@ -57,6 +59,7 @@ Result<MeshTriangles> ParseMesh(const std::string& name, const std::string& byte
   const auto bad = [&](const std::string& why) { return Fail("mesh '" + name + "' " + why); };
   // What is neither a whole binary file nor begins as a text does is not given to the library.
   const std::optional<size_t> binary = BinaryTriangles(bytes);
+  // Binary files may begin with the same word, and are known by their length first.
   const bool text = bytes.rfind("solid", 0) == 0 && bytes.find('\0') == std::string::npos;
   if (!binary && !text) return bad("is no STL file, or one that was cut");
   const size_t most = binary ? *binary : bytes.size() / kTextTriangleBytes;
@@ -95,6 +98,8 @@ Result<MeshTriangles> ParseMesh(const std::string& name, const std::string& byte
       const Eigen::Vector3d& a = result.points[corners[0]];
       const Eigen::Vector3d side_1 = result.points[corners[1]] - a;
       const Eigen::Vector3d side_2 = result.points[corners[2]] - a;
+      // Triangles without area, as rounding leaves them, have no plane; their corners still count
+      // for the hull.
       if (side_1.cross(side_2).norm() > 0.0) result.triangles.push_back(corners);
     }
   }
