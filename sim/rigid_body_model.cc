@@ -234,6 +234,8 @@ bool MergeLockedPair(const std::vector<Freedom>& freedoms, std::vector<std::vect
     for (size_t j = i + 1; j < freedoms.size(); ++j) {
       const Freedom& f = freedoms[i];
       const Freedom& g = freedoms[j];
+      // Only joints between the same two bodies can hold these against each other; one twist or its
+      // opposite is the same axis.
       if (f.low != g.low || f.high != g.high || f.low == f.high) continue;
       if ((f.twist - g.twist).norm() < kSameAxis || (f.twist + g.twist).norm() < kSameAxis)
         continue;

@@ -92,6 +92,8 @@ std::unique_ptr<btCollisionShape> World::Engine::MakeSurface(const world::Triang
 void World::Engine::AddObstacle(const world::Obstacle& obstacle, double ground_friction) {
   const Vector3d& size = obstacle.size;
   std::unique_ptr<btCollisionShape> shape;
+  // Links are smaller for the engine by kHullShrink, and the ground is higher by that: obstacles
+  // are larger, so that what touches in the model touches here.
   switch (obstacle.shape) {
     case world::Shape::kBox:
       shape = std::make_unique<btBoxShape>(

@@ -257,6 +257,8 @@ ManyNames TakeManyNames(std::vector<ChannelInterest>* channels) {
     for (const auto& [word, members] : topics) count += members.size();
     if (count > most) most = count, many.prefix = run;
   }
+  // The topics with the most names go into sets; those with few are compared one by one, which
+  // costs less.
   std::vector<std::pair<size_t, uint32_t>> sizes;
   for (const auto& [word, members] : names[many.prefix]) {
     if (members.size() >= kManyNames) sizes.emplace_back(members.size(), word);
@@ -266,11 +268,13 @@ ManyNames TakeManyNames(std::vector<ChannelInterest>* channels) {
   for (const auto& [size, word] : sizes) {
     NameSet& set = many.sets.emplace_back();
     set.topic = word;
+    // The longest name decides over how many bytes the program hashes: a filter has no loops.
     for (const std::string& name : names[many.prefix][word]) {
       set.Add(name);
       many.longest = std::max(many.longest, name.size());
     }
   }
+  // What a set tells is not compared once more.
   std::erase_if(*channels, [&](const ChannelInterest& channel) {
     return split(channel, &prefix, &topic) && prefix == many.prefix &&
            std::any_of(many.sets.begin(), many.sets.end(),

@@ -75,6 +75,8 @@ void Refine(const ScrewGraph& graph, const std::vector<EndLabels>& ends,
   std::vector<uint64_t> next(bodies.size());
   std::vector<uint64_t> seen;
   for (size_t b = 0; b < bodies.size(); ++b) {
+    // The joints of a body as an unordered set: what each is like from this end, with the class
+    // beyond it. Sorted, their order does not show in the hash.
     seen.clear();
     for (const int j : graph.bodies[b].joints) {
       const ScrewJoint& joint = graph.joints[j];
@@ -86,9 +88,12 @@ void Refine(const ScrewGraph& graph, const std::vector<EndLabels>& ends,
     for (const uint64_t one : seen) hash = Mix(hash, one);
     next[b] = hash;
   }
+  // All bodies at once, since a round must not see classes of its own.
   bodies = std::move(next);
   for (size_t j = 0; j < joints.size(); ++j) {
     const ScrewJoint& joint = graph.joints[j];
+    // Which end is a and which is b is no property of the joint, so that the two hashes are put in
+    // order.
     const uint64_t a = Mix(ends[j][0], bodies[joint.body_a]);
     const uint64_t b = Mix(ends[j][1], bodies[joint.body_b]);
     joints[j] = Mix(std::min(a, b), std::max(a, b));

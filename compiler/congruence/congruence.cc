@@ -64,9 +64,12 @@ void Decide(const ScrewGraph& a, const ScrewGraph& b, const Classes& classes, in
             Congruence& result) {
   Steps steps{max_steps};
   std::optional<Mapping> first = FirstMapping(a, b, classes, steps);
+  // A search that came to its end has decided, with or without a mapping.
   result.decided = first.has_value() || !steps.gave_up();
   if (!first) return;
   Steps steps_to_count{max_steps};
+  // Every mapping of a to b is the first one after a symmetry of a, so that there are as many of
+  // the one as of the other.
   const MappingCount count = CountSymmetries(a, steps_to_count);
   result.count = count.count;
   result.count_complete = count.exact;
@@ -104,6 +107,8 @@ Congruence Compare(const model::Model& model_a, const model::Robot& robot_a,
   result.reason = DifferentCounts(a, b);
   if (!result.reason.empty()) return result;
   const Classes refined = RefinedClasses(a, b);
+  // Unlike numbers in any class are a proof that there is no mapping; like ones are none that there
+  // is.
   if (SameClasses(refined)) Decide(a, b, refined, max_steps, result);
   if (!result.congruent() && result.decided) Explain(a, b, result);
   if (!result.congruent()) return result;

@@ -93,8 +93,11 @@ void Correspondence::SettleNeighbours() {
         const ScrewJoint& j = a_.joints[joint];
         if (R_.settled(j.Other(body))) continue;
         any_open = true;
+        // Only a joint without limits leaves its offset open.
         if (!R_.settled(body) || j.slide || j.bounded()) continue;
         const JointPair pair = PairOf(body, joint, joint_to_[joint]);
+        // With the offset o = 0 in delta = s q_start + o - q'_start, the other body is turned by
+        // -delta about the joint's axis (head of correspondence_commit.cc).
         const double delta = pair.counterpart.sign * pair.joint.start - pair.to.start;
         const Matrix3d wanted = Turn(pair.to_axis, -delta) * R_.Value(body);
         changed = R_.AlignWhole(pair.other, wanted) || changed;
@@ -108,6 +111,8 @@ void Correspondence::SettleNeighbours() {
 void Correspondence::SettleTheRest() {
   SettleNeighbours();
   const int root = a_.RootBody();
+  // Bodies that hang on settled ones first, then the root as it is, if that is allowed, then what
+  // hangs on the root; what is left stays as it happens to be.
   if (!R_.settled(root) && !R_.AlignWhole(root, Eigen::Matrix3d::Identity())) {
     R_.AlignWhole(root, R_.Value(root));
   }

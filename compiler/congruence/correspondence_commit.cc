@@ -40,6 +40,7 @@ double Correspondence::OffsetOfLimits(int joint, const JointImage& counterpart) 
   const ScrewJoint& from = a_.joints[joint];
   const ScrewJoint& to = b_.joints[counterpart.to];
   if (!from.bounded()) return 0.0;
+  // Middle goes to middle: widths are the same (SameRange), so that both limits follow.
   const double middle = counterpart.sign * 0.5 * (from.lower + from.upper);
   const double offset = 0.5 * (to.lower + to.upper) - middle;
   // Limits written 1.5708 and pi/2 are the same limits.
@@ -53,6 +54,8 @@ Correspondence::JointPair Correspondence::PairOf(int body, int joint,
   const int image = body_to_[body];
   const int other = j.Other(body);
   const int other_image = to.Other(image);
+  // Axes as seen from the body at this end; the image's with the sign of the counterpart beside the
+  // one without.
   const Vector3d to_axis = to.AxisFrom(image);
   return {j,
           to,
@@ -153,6 +156,7 @@ double Correspondence::OffsetOf(const JointPair& pair) const {
   if (pair.joint.slide) {
     return sign * (pair.apart.dot(pair.d) - pair.apart_image.dot(pair.d_image)) + to_start;
   }
+  // R_P R_Q^T is Rot(d', delta), and o follows from delta = s q_start + o - q'_start.
   const Matrix3d rest = R_.Value(pair.body) * R_.Value(pair.other).transpose();
   const double offset = AngleAbout(rest, pair.to_axis) + to_start;
   const double near = OffsetOfLimits(pair.index, pair.counterpart);
@@ -202,6 +206,9 @@ bool Correspondence::CommitAngle(const JointPair& pair) {
 /// is turned by `wanted`, this is the small turn (rad) about the joint's axis to add, so that one
 /// of its next joints lies exactly where one of the image's does.
 double Correspondence::SnapAngle(const JointPair& pair, const Matrix3d& wanted) {
+  // Every next joint is tried on every one of the image's, as if it were its counterpart; of those
+  // that settle the other body the one that asks for the least turn wins. Nothing of the trials
+  // stays.
   const PartialRotations::Mark before = R_.mark();
   double best = 0.0;
   double least = kLimitTolerance;

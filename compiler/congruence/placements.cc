@@ -38,6 +38,7 @@ std::vector<double> AnglesOf(const model::ModuleType& type, const std::vector<in
       const Vector3d out_to = p_to - p_to.dot(axis) * axis;
       if (std::abs((p - p_to).dot(axis)) > tolerance || out.norm() <= tolerance) continue;
       if (std::abs(out.norm() - out_to.norm()) > tolerance) continue;
+      // The angle from `out` to `out_to` about the axis: both are square to it and of one length.
       const double angle = std::atan2(out.cross(out_to).dot(axis), out.dot(out_to));
       const bool known = std::any_of(angles.begin(), angles.end(), [&](double other) {
         return std::abs(std::remainder(angle - other, 2.0 * std::numbers::pi)) <= 1e-6;
@@ -57,6 +58,7 @@ Placement PlacementOf(const model::ModuleType& type, const std::vector<int>& bod
   placement.body_to = mapping.body_to;
   placement.C = mapping.R;
   for (size_t j = 0; j < type.joints.size(); ++j) {
+    // Joints that the comparison does not know, such as fixed ones, stay what they are.
     placement.joints.push_back({static_cast<int>(j), 1.0, 0.0});
   }
   for (size_t j = 0; j < self.joints_a.size(); ++j) {
@@ -77,6 +79,8 @@ void UpdateOffsets(const model::ModuleType& type, Placement& placement) {
     const model::Joint& to = type.joints[image.to];
     const int body_a = placement.body_of[joint.link_a];
     const int body_b = placement.body_of[joint.link_b];
+    // The joint's image may join the bodies the other way round, and then turns about the opposite
+    // axis.
     const bool straight = placement.body_to[body_b] == placement.body_of[to.link_b];
     const Vector3d axis = straight ? to.axis : Vector3d(-to.axis);
     const double offset = AngleAbout(placement.C[body_b] * placement.C[body_a].transpose(), axis);

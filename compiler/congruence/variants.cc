@@ -228,6 +228,7 @@ class VariantFinder {
     std::set<std::pair<int, int>> used;  // module, connector
     for (size_t d = 0; d < robot_.dockings.size(); ++d) {
       const Docking& docking = robot_.dockings[d];
+      // The first way whose connectors are both free; earlier dockings are not taken back for it.
       const std::vector<Way>& ways =
           Alternatives(static_cast<int>(d), chosen_[docking.module_a], chosen_[docking.module_b]);
       const auto way = std::find_if(ways.begin(), ways.end(), [&](const Way& w) {
@@ -237,6 +238,8 @@ class VariantFinder {
       if (way == ways.end()) return false;
       used.insert({docking.module_a, way->connector_x});
       used.insert({docking.module_b, way->connector_y});
+      // X is the docking's module a. Where the connection wants the modules the other way round,
+      // the docking is turned, with its connectors.
       Docking joined{docking.module_a, way->connector_x, docking.module_b,
                      way->connector_y, way->connection,  way->option};
       if (way->swapped) {

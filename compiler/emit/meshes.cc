@@ -21,7 +21,7 @@ void Append(std::string* bytes, const Eigen::Vector3d& v) {
 std::string Stl(const std::vector<Eigen::Vector3d>& points,
                 const std::vector<std::array<int, 3>>& triangles) {
   // The format knows triangles only, with their normals before their corners; the last two bytes of
-  // each are its attributes, which nobody uses.
+  // each are its attributes, which are 0 by custom.
   std::string bytes = "Morphbus hull, metres";
   bytes.resize(80, ' ');
   Append(&bytes, static_cast<uint32_t>(triangles.size()));
@@ -77,7 +77,9 @@ std::map<std::string, model::ConvexHull> MeshesOf(const model::Model& model,
   std::map<std::string, model::ConvexHull> meshes;
   for (const TreeLink& link : tree.links) {
     const std::vector<std::string> names = MeshNames(model, link);
+    // Modules of one type share the meshes of their links.
     if (names.empty() || meshes.count(names.front()) != 0) continue;
+    // Flat parts are thickened, since other programs take meshes for solids.
     const auto parts = model::SolidParts(model.module_types[link.type], link.link);
     for (size_t i = 0; i < parts.size(); ++i) meshes[names[i]] = model::ComputeHull(parts[i]);
   }

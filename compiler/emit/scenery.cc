@@ -18,6 +18,7 @@ std::vector<world::Obstacle> FreelyNamed(std::vector<world::Obstacle> obstacles,
       const bool fits = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.';
       if (!fits) c = '_';
     }
+    // What was replaced may have made two names one.
     obstacle.name = FreeName(obstacle.name, [&](const std::string& tried) {
       return taken(tried) || used.count(tried) > 0;
     });

@@ -78,6 +78,7 @@ void AppendObstacle(pugi::xml_node world, const world::Obstacle& obstacle,
   const pugi::xml_node surface = xml::Append(collision, "surface");
   const pugi::xml_node ode = xml::Append(xml::Append(surface, "friction"), "ode");
   xml::AppendText(ode, "mu", Number(*obstacle.friction));
+  // ODE has a coefficient for each of two directions; here both are one.
   xml::AppendText(ode, "mu2", Number(*obstacle.friction));
 }
 
@@ -132,6 +133,7 @@ class SdfWriter {
     world::Obstacle ground;
     ground.name = "ground";
     ground.shape = world::Shape::kPlane;
+    // The ground reaches everywhere; its size only says how much of it is drawn.
     ground.size = {10, 10, 0};
     std::vector<world::Obstacle> all = {ground};
     const auto taken = [&](const std::string& name) {
@@ -161,6 +163,7 @@ class SdfWriter {
     const model::LinkMass& mass = solids_.Mass(link.type, link.link);
     const pugi::xml_node inertial = xml::Append(node, "inertial");
     xml::AppendText(inertial, "mass", Number(mass.mass_kg));
+    // The inertia below is about the centre of mass, in the link's directions.
     xml::AppendText(inertial, "pose", Triple(mass.p_LoLcm_L) + " 0 0 0");
     const pugi::xml_node inertia = xml::Append(inertial, "inertia");
     for (const auto& [name, value] : InertiaEntries(mass.I_Lcm_L)) {

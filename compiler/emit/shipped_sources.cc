@@ -35,6 +35,8 @@ class Merger {
       const std::string_view line = text.substr(0, end + 1);
       text.remove_prefix(end + 1);
       if (const std::optional<std::string_view> included = IncludedPath(line)) {
+        // A file stands where it is first included, before what needs it; a later #include of it
+        // stands for nothing.
         Add(*included, out);
       } else if (!line.starts_with("#pragma once")) {
         out->append(line);
@@ -61,6 +63,7 @@ MergedVm MergeVm(const std::string& header_name) {
       "Morphbus authors).\n// Written by morphbus export, not by hand.\n";
   Merger merger;
   MergedVm merged{origin + "#pragma once\n\n", origin + "#include \"" + header_name + "\"\n\n"};
+  // The same merger writes both, so that the source holds no header that the one file above has.
   for (const std::string_view path : kInterface) merger.Add(path, &merged.header);
   for (const SourceFile& file : ShippedSources()) {
     const bool of_vm = file.path.starts_with("vm/") && file.path.ends_with(".cc");

@@ -122,6 +122,7 @@ Rows WayRows(const model::Model& model, const DockFaces& faces, std::vector<Dock
 
 /// What the files that are the same for all module types read of this one.
 std::string ModuleTable(const model::Model& model, const DockFaces& faces, int type) {
+  // Rows of macros (X-macros), which the C files include several times with another meaning each.
   const model::ModuleType& module = model.module_types[type];
   const std::vector<DockWay> ways = DockWaysOf(model, type);
   Rows connectors;

@@ -39,6 +39,7 @@ model::Pose ViewOf(const std::vector<Vector3d>& points) {
   const Vector3d forward = -Vector3d(0.8, 0.6, 0.7).normalized();
   const Vector3d left = Vector3d::UnitY().cross(forward).normalized();
   model::Pose X = model::Pose::Identity();
+  // A viewpoint looks along its x, with z upwards, in worlds of NUE, too.
   X.linear() << forward, left, forward.cross(left);
   X.translation() = middle - distance * forward;
   return X;
@@ -77,6 +78,7 @@ void AppendWebotsObstacle(const world::Obstacle& obstacle, const std::string& hu
   }
   vrml->Close("]");
   vrml->Line("boundingObject USE " + hull);
+  // A material of its own lets ContactProperties name its friction with all others.
   if (obstacle.friction) vrml->Line(fmt::format("contactMaterial \"{}\"", MaterialOf(obstacle)));
   vrml->Close("}");
 }

@@ -23,6 +23,7 @@ constexpr double kMostAcceleration = 100;
 /// A frame whose x looks where the sensor does, at its place.
 model::Pose FrameOf(const model::Sensor& sensor) {
   model::Pose X_LS = model::Pose::Identity();
+  // How the frame is turned about its x does not matter to a ray, nor to a cube of the range.
   const Vector3d side = sensor.direction.unitOrthogonal();
   X_LS.linear() << sensor.direction, side, sensor.direction.cross(side);
   X_LS.translation() = sensor.p_MoSo_M;
@@ -39,6 +40,8 @@ std::vector<Vector3d> Cut(const std::vector<Vector3d>& polygon, const Vector3d& 
     const Vector3d& b = polygon[(i + 1) % polygon.size()];
     const double out_a = normal.dot(a) - offset, out_b = normal.dot(b) - offset;
     if (out_a <= 0) kept.push_back(a);
+    // The edge crosses the plane: the point that parts it in the ratio of both distances lies on
+    // it.
     if ((out_a < 0) != (out_b < 0) && out_a != out_b) {
       kept.push_back(a + (b - a) * (out_a / (out_a - out_b)));
     }
@@ -53,6 +56,7 @@ std::vector<Vector3d> WithinRange(const model::Sensor& sensor, std::vector<Vecto
   for (int axis = 0; axis < 3; ++axis) {
     for (const double sign : {1.0, -1.0}) {
       const Vector3d normal = sign * X_LS.linear().col(axis);
+      // Six cuts, one for each side of the cube whose half side is the range.
       polygon = Cut(polygon, normal, normal.dot(sensor.p_MoSo_M) + sensor.range_m);
     }
   }
@@ -69,6 +73,7 @@ void AppendTouchSensor(const model::Sensor& sensor, const std::vector<ConvexHull
   vrml->Open("TouchSensor {");
   vrml->Line(fmt::format("name \"{}.sensor\"", sensor.name));
   vrml->Line("type \"bumper\"");
+  // A sensor that looks at nothing of its link gets a small ball, since Webots demands a shape.
   if (pads.empty()) {
     vrml->Line("translation " + Triple(sensor.p_MoSo_M));
     vrml->Line(fmt::format("boundingObject Sphere {{ radius {} }}", Number(kTokenBall)));
@@ -95,6 +100,7 @@ std::vector<ConvexHull> ContactPads(const model::Sensor& sensor,
     // The corners of the faces that look there.
     std::vector<Vector3d> corners;
     for (const model::HullFace& face : part.faces) {
+      // Within 45 degrees of where it looks, as in our own simulator.
       if (face.normal.dot(sensor.direction) < std::numbers::sqrt2 / 2 - 1e-9) continue;
       std::vector<Vector3d> polygon;
       for (const int corner : face.polygon) polygon.push_back(part.vertices[corner]);
@@ -115,6 +121,8 @@ std::string NoisyTable(double least, double most, double noise) {
   // From most downwards, then 0, and the same below it.
   constexpr double kRatio = 1.5;
   std::vector<double> positive;
+  // Rows get closer towards 0, where the share of noise changes fastest; below a hundredth of the
+  // range the nearest row counts.
   for (double x = most; x > 0.01 * most; x /= kRatio) positive.push_back(x);
   if (noise <= 0) positive = {most};
   std::vector<double> inputs = {0};
@@ -126,6 +134,7 @@ std::string NoisyTable(double least, double most, double noise) {
   // At 0 what the nearest row has; it is multiplied by the value.
   std::string rows;
   for (const double x : inputs) {
+    // A row of Webots is value, reading and noise, the last one as a share of the reading.
     const double share = noise <= 0 ? 0 : noise / (x == 0 ? positive.back() : std::abs(x));
     rows +=
         fmt::format("{}{} {} {}", rows.empty() ? "" : ", ", Number(x), Number(x), Number(share));

@@ -172,6 +172,7 @@ void ReportLoop(RobotScope& scope, size_t index, const Gap& gap, const Graph& cl
 /// graph in which the open ones are told.
 void CheckLoops(RobotScope& scope) {
   const ModuleTree tree(scope);
+  // Those that close make up the graph; those that do not are told, each with a way round it.
   std::vector<size_t> open;
   std::vector<Gap> gaps;
   std::vector<std::pair<int, int>> edges;
@@ -227,6 +228,7 @@ class OverlapChecker {
     for (size_t m = 0; m < scope_.robot.modules.size(); ++m) {
       const model::ModuleType& type = scope_.TypeOf(static_cast<int>(m));
       std::vector<LinkPart>& parts = parts_[scope_.robot.modules[m].type];
+      // Hulls are made once for each type, in the links' own frames.
       if (parts.empty()) {
         for (size_t l = 0; l < type.links.size(); ++l) {
           for (const auto& points : type.links[l].Parts()) {
@@ -380,6 +382,7 @@ void CheckConnected(RobotScope& scope) {
     // One error for a group of modules that hang together.
     std::vector<std::string> group;
     before = BreadthFirst(graph, static_cast<int>(m));
+    // Those with lower numbers are in groups that were told before, or hang on the root.
     for (size_t other = m; other < count; ++other) {
       if (before[other] < 0) continue;
       seen[other] = true;

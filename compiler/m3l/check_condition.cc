@@ -43,7 +43,7 @@ class ConditionChecker {
       case ExprKind::kRelation:
         return CheckRelation(expr);
       case ExprKind::kTyped:
-        return Constant(true, expr);  // It binds, no more.
+        return Constant(true, expr);  // `a.point p` names a connector, and always holds.
       case ExprKind::kPath:
         return CheckFlag(expr);
       default:

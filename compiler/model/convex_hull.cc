@@ -269,6 +269,8 @@ std::vector<int> PlanarHull(const Points& points, std::vector<int> candidates,
     const Eigen::Vector2d b = flat(j);
     return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
   });
+  // Twice the area of the triangle is the distance of b from the line a–c times the length of a–c:
+  // b counts only if it stands out by more than the tolerance.
   const auto left_turn = [&](int a, int b, int c) {
     const Eigen::Vector2d ab = flat(b) - flat(a);
     const Eigen::Vector2d ac = flat(c) - flat(a);
@@ -429,6 +431,8 @@ MassProperties ComputeMassProperties(const ConvexHull& hull) {
   result.volume = moments.volume;
   const Vector3d offset = moments.first / moments.volume;
   result.centroid = mean + offset;
+  // Brought to the centroid (parallel axis theorem); of second moments S the inertia is tr(S) 1 -
+  // S.
   const Eigen::Matrix3d second = moments.second - moments.volume * offset * offset.transpose();
   result.inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
   return result;

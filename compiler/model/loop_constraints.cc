@@ -56,6 +56,7 @@ class BlockFinder {
       Frame& frame = stack.back();
       if (frame.next == at_[frame.body].size()) {
         const Frame done = frame;
+        // The copy outlives the frame, since Leave must know by which joint the body was entered.
         stack.pop_back();
         if (!stack.empty()) Leave(done, stack.back().body);
         continue;
@@ -71,6 +72,7 @@ class BlockFinder {
       if (depth_[edge.body] < 0) {
         Enter(edge.body, edge.joint, stack);
       } else {
+        // A joint back to a body that is open: from here the walk can return to that depth.
         low_[frame.body] = std::min(low_[frame.body], depth_[edge.body]);
       }
     }
@@ -87,6 +89,7 @@ class BlockFinder {
   void Leave(const Frame& child, int parent) {
     // What the child reaches, its parent reaches too.
     low_[parent] = std::min(low_[parent], low_[child.body]);
+    // Something below the child leads above the parent: the block goes on.
     if (low_[child.body] < depth_[parent]) return;
     std::vector<int> block;
     int joint = -1;

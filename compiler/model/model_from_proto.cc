@@ -98,8 +98,8 @@ class Reader {
     return direction;
   }
 
-  /// A pose whose nine entries make a rotation without a mirror image.
-  // The position has no bounds but must be finite.
+  /// A pose whose nine entries make a rotation without a mirror image. The position has no bounds
+  /// but must be finite.
   Pose ReadPose(const proto::Pose& message, const char* what) {
     Pose X = Pose::Identity();
     X.translation() = Vector(message.position(), what);
@@ -267,6 +267,7 @@ class Reader {
       type.sensors.push_back(ReadSensor(sensor, type.links.size()));
     }
     place_ = at_type;
+    // Each kind of part has a space of names of its own, in which M3L allows no two alike.
     CheckNames(type.joints, "joints");
     CheckNames(type.connectors, "connectors");
     CheckNames(type.sensors, "sensors");

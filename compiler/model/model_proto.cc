@@ -69,6 +69,7 @@ To Enumerator(From value) {
 static_assert(static_cast<int>(JointType::kFixed) + 1 == proto::JOINT_TYPE_FIXED);
 static_assert(static_cast<int>(AxisRelation::kCoplanar) + 1 == proto::AXIS_RELATION_COPLANAR);
 
+// Here 0 is the default of M3L, too, so that the numbers are the same.
 static_assert(static_cast<int>(OnLoss::kHold) == proto::ON_LOSS_HOLD);
 
 /// Limits of continuous joints are infinite, which a message can hold.
@@ -102,6 +103,7 @@ void Write(const ModuleType& type, proto::ModuleType* out) {
   for (const Sensor& sensor : type.sensors) {
     proto::Sensor* message = out->add_sensors();
     message->set_name(sensor.name);
+    // As Enumerator: 0 says nothing.
     message->set_type(static_cast<proto::SensorType>(static_cast<int>(sensor.type) + 1));
     message->set_link(sensor.link);
     Write(sensor.p_MoSo_M, message->mutable_origin_in_module());

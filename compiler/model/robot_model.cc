@@ -25,6 +25,7 @@ std::optional<int> FindByName(const std::vector<T>& items, const std::string& na
 std::optional<JointType> JointTypeNamed(std::string_view name) {
   const auto* const found = std::ranges::find(kJointTypeNames, name);
   if (found == std::end(kJointTypeNames)) return std::nullopt;
+  // The names stand in the order of the enumerators.
   return static_cast<JointType>(found - std::begin(kJointTypeNames));
 }
 
@@ -83,6 +84,7 @@ const ConnectionOption& Model::OptionOf(const Docking& docking) const {
 }
 
 std::vector<std::vector<Eigen::Vector3d>> Link::Parts() const {
+  // A hull of one part has no list of ends.
   if (part_ends.empty() && !hull.empty()) return {hull};
   std::vector<std::vector<Eigen::Vector3d>> parts;
   int begin = 0;

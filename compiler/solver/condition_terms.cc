@@ -89,6 +89,8 @@ Alternatives Both(const Alternatives& left, const Alternatives& right) {
   if (both.too_many()) return both;
   for (const Term& l : left.terms) {
     for (const Term& r : right.terms) {
+      // All of the geometry must hold, and of the states every combination that names no variable
+      // with two values.
       Term term = l;
       term.geometry.insert(term.geometry.end(), r.geometry.begin(), r.geometry.end());
       term.settings.clear();
@@ -99,6 +101,7 @@ Alternatives Both(const Alternatives& left, const Alternatives& right) {
           if (term.settings.size() > kMaxStateSets) return {{}, false, true};
         }
       }
+      // A term in which no setting is left can never hold.
       if (!term.settings.empty()) both.terms.push_back(std::move(term));
     }
   }

@@ -54,6 +54,7 @@ class FailureFinder {
   /// All must hold: every failure. One must hold: the first failure of each, if all fail.
   [[nodiscard]] std::vector<Failure> FindInList(const Condition& condition, bool negated,
                                                 const Pose* X_AB) const {
+    // De Morgan: a negated `or` is an `and` of negations, and the other way round.
     const bool all = (condition.kind == Condition::Kind::kAnd) != negated;
     std::vector<Failure> failures;
     for (const Condition& child : condition.children) {
@@ -175,6 +176,7 @@ class FailureFinder {
     for (const Vector3d& p : in_a(condition.p)) {
       for (const Vector3d& q : others) {
         const bool opposite = condition.kind == Condition::Kind::kAntiparallel;
+        // Opposite directions have the sum 0, equal ones the difference 0.
         gap = std::min(gap, (opposite ? Vector3d(p + q) : Vector3d(p - q)).norm());
       }
     }

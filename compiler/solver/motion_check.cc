@@ -64,6 +64,8 @@ BalledLinks BalledLinksOf(const ModuleType& type) {
 using Paths = std::vector<std::vector<int>>;
 
 Paths PathsFrom(const ModuleType& type, int root) {
+  // In breadth from the root: the links of a module are a tree (the compiler of M3L refuses
+  // others), so that each is reached on one way.
   Paths paths(type.links.size());
   std::vector<bool> reached(type.links.size());
   reached[root] = true;

@@ -277,6 +277,7 @@ class Inference {
     trace_->dead_end = c.condition;
     trace_->dead_end_depth = static_cast<int>(matches_.size());
     const Match* origin = FirstPoint();
+    // Without a point that is matched there are no lengths to be told.
     if (c.is_direction || origin == nullptr) {
       trace_->dead_end_text = "the angle to what is matched already differs between a and b";
       return;

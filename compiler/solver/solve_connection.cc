@@ -56,6 +56,7 @@ struct Candidate {
 void SortByRule(std::vector<Candidate>& candidates, const Connector& a, const Connector& b,
                 double tolerance) {
   for (Candidate& candidate : candidates) {
+    // For each sub-point of a, last first, the sub-point of b that meets it there.
     for (auto p = a.subpoints.rbegin(); p != a.subpoints.rend(); ++p) {
       int& partner = candidate.partners_from_the_last.emplace_back(-1);
       for (size_t j = 0; j < b.subpoints.size(); ++j) {
@@ -65,6 +66,8 @@ void SortByRule(std::vector<Candidate>& candidates, const Connector& a, const Co
     }
   }
   std::stable_sort(candidates.begin(), candidates.end(), [](const auto& l, const auto& r) {
+    // The rule: the motion whose last sub-point meets the latest one comes first. Where two agree
+    // in all partners, entries of the transforms decide, which depend on nothing but the motion.
     if (l.partners_from_the_last != r.partners_from_the_last) {
       return l.partners_from_the_last > r.partners_from_the_last;
     }
@@ -143,6 +146,7 @@ class ConnectionSolver {
   /// Takes an obstacle over if it is further along than the one that is known.
   void Raise(int stage, int index, const source::Span& span, std::string what,
              std::pair<int, int> connectors) {
+    // Of two pairs that came equally far the first one stays.
     if (std::tie(stage, index) <= std::tie(obstacle_.stage, obstacle_.index)) return;
     obstacle_ = {stage, index, span, std::move(what), connectors};
   }
@@ -207,6 +211,7 @@ class ConnectionSolver {
       return;
     }
     model::ConnectionOption option;
+    // Numbers run on over all pairs, from 1.
     option.number = static_cast<int>(result_.options.size()) + 1;
     option.connector_a = index_a;
     option.connector_b = index_b;
@@ -288,6 +293,7 @@ class ConnectionSolver {
     const auto lies_inside = [&](const Candidate& candidate) {
       for (size_t i = 0; i < parts_a_.size(); ++i) {
         for (size_t j = 0; j < parts_b_.size(); ++j) {
+          // The bound is on all pairs together; the failure is reported once, below.
           if (hull_work_ > kMaxHullWork) return false;
           if (!PenetratesBy(tolerance_, parts_a_[i].hull, Pose::Identity(), parts_b_[j].hull,
                             candidate.X_AB, &hull_work_)) {

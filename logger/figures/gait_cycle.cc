@@ -110,7 +110,9 @@ Tracks MovingTracks(const std::vector<Signal>& signals, int begin, int end) {
   for (const Signal& signal : signals) {
     const auto [least, most] =
         std::minmax_element(signal.values.begin() + begin, signal.values.begin() + end);
+    // What stays within its tolerance on either side of a value does not move.
     if (*most - *least <= 2.0 * signal.tolerance) continue;
+    // Modules of one role are often told the same; a copy would only cost time.
     const bool known = std::any_of(moving.begin(), moving.end(), [&](const Signal* other) {
       return std::equal(signal.values.begin() + begin, signal.values.begin() + end,
                         other->values.begin() + begin);
@@ -119,6 +121,7 @@ Tracks MovingTracks(const std::vector<Signal>& signals, int begin, int end) {
   }
   Tracks tracks;
   for (const Signal* signal : moving) tracks.emplace_back(*signal, begin, end);
+  // Those that move most come first, since they rule a lag out soonest.
   std::stable_sort(tracks.begin(), tracks.end(), [](const Track& a, const Track& b) {
     return a.Variance(0, a.size()) > b.Variance(0, b.size());
   });
@@ -270,6 +273,7 @@ struct Candidate {
 
 /// Tries every lag. None if no window repeats.
 std::optional<Candidate> BestLag(Tracks* tracks, const CycleOptions& options) {
+  // A longer lag could not come twice.
   const int longest_lag = tracks->front().size() / 2;
   std::vector<Stretch> found(std::max(0, longest_lag + 1));
   int best = 0;
@@ -334,6 +338,7 @@ CycleSearch Search(const std::vector<Signal>& signals, int begin, int end,
   }
   FoundCycle cycle;
   cycle.begins = Begins(&tracks, stretch, period, slack);
+  // Two whole cycles have three beginnings, the end of the last one among them.
   if (cycle.begins.size() < 3) return {{}, none};
   cycle.period =
       (cycle.begins.back() - cycle.begins.front()) / static_cast<double>(cycle.begins.size() - 1);

@@ -56,6 +56,7 @@ PaintedHull PaintTriangles(const SceneHull& hull, const Projection& projection) 
     const Eigen::Vector3d& b = painted.corners[triangle[1]];
     const Eigen::Vector3d& c = painted.corners[triangle[2]];
     Eigen::Vector3d normal = (b - a).cross(c - a).normalized();
+    // A surface has two sides: the one that is seen is shaded.
     if (normal.z() < 0) normal = -normal;
     VisibleFace visible;
     visible.owner = hull.owner;
@@ -178,6 +179,8 @@ std::vector<size_t> PaintingOrder(const std::vector<PaintedHull>& hulls) {
                Behind(hulls[other], hulls[hull]);
       });
     });
+    // A ring of hulls that each cover another one has no right order; the farthest is the least
+    // wrong.
     if (pick == by_depth.end()) pick = by_depth.begin();
     order.push_back(*pick);
     by_depth.erase(pick);
@@ -208,6 +211,7 @@ Projection::Projection(View view) {
       right = Eigen::Vector3d::UnitY().cross(towards).normalized();
       break;
   }
+  // The rows are the axes of the view in W: right, up, and towards the viewer, which is depth.
   R_.row(0) = right;
   R_.row(1) = towards.cross(right);
   R_.row(2) = towards;

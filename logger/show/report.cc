@@ -253,7 +253,7 @@ class Page {
 
   /// Every item of the comparison, folded away.
   void ItemTable() {
-    // The table is long, so it stays closed until somebody asks for it.
+    // The table is long, so it stays closed until a reader opens it.
     if (comparison_.items.empty()) return;
     html_ += fmt::format(
         "<details><summary>All {} compared quantities</summary><div "
@@ -337,6 +337,7 @@ class Page {
   /// robot's frame began, where poses are simulated.
   static Points Side(const SimulatedPoses& poses, bool simulated, Points path) {
     if (!simulated) return path;
+    // R0 is where the robot frame was at the start, its origin above the ground by this height.
     const double height = poses.X_WR0().translation().y();
     for (auto& [north, up] : path) up += height;
     return path;

@@ -102,6 +102,7 @@ std::optional<logger::CompareOptions> WayOf(const CompareOptions& options) {
     if (!entry) return Refuse(entry.error().message);
     way.tolerances.push_back(*entry);
   }
+  // Groups of quantities that a log may lack, such as those of a simulated world.
   const std::vector<std::string> groups = GroupNames();
   for (const std::string& name : options.without) {
     if (std::find(groups.begin(), groups.end(), name) == groups.end()) {

@@ -77,6 +77,7 @@ Json ListJson(const model::Model& model, const model::ConnectionType& type, int 
                  {"b", type_b.connectors[option.connector_b].name},
                  {"pose", PoseJson(option.X_AB)},
                  {"state", SettingJson(model, type, option, option.states)}};
+    // Most options hold in one setting of their states; only those with more have the key.
     if (!others.empty()) item["other_states"] = others;
     list.push_back(std::move(item));
   }

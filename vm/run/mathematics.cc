@@ -89,9 +89,12 @@ float Modulo(float a, float b) {
   uint32_t bits_a, bits_b;
   std::memcpy(&bits_a, &a, 4);
   std::memcpy(&bits_b, &b, 4);
+  // The result has the sign of a, as fmod's; the division is of sizes.
   const uint32_t sign = bits_a & 0x80000000u;
+  // Both sizes as whole numbers of units: a is rest times 2^exponent, b likewise.
   auto [rest, exponent] = ScaledOf(bits_a & 0x7fffffffu);
   const Scaled divisor = ScaledOf(bits_b & 0x7fffffffu);
+  // Floats of one sign are in the order of their bits.
   if ((bits_a & 0x7fffffffu) < (bits_b & 0x7fffffffu)) return a;
   rest %= divisor.number;
   for (; exponent > divisor.exponent && rest != 0; --exponent) {
@@ -119,11 +122,13 @@ float Mathematics(Opcode function, float a, float b) {
       return static_cast<float>(Sine(a, 0)) + 0.0f;
     case Opcode::kCos:
       return static_cast<float>(Sine(a, 1)) + 0.0f;
+    // At a cosine of 0 there is no tangent.
     case Opcode::kTan: {
       const double cosine = Sine(a, 1);
       if (cosine <= 0 && cosine >= 0) return kNoValue;
       return static_cast<float>(Sine(a, 0) / cosine) + 0.0f;
     }
+    // arcsin x is the angle of the vector (√(1 − x²), x), and arccos x that of (x, √(1 − x²)).
     case Opcode::kAsin:
       if (!(wide >= -1 && wide <= 1)) return kNoValue;
       return static_cast<float>(Arc(wide, OtherSide(wide)));

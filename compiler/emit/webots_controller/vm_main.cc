@@ -63,6 +63,7 @@ void Listen(int connector) {
   static unsigned char packet[MODULE_MAX_MESSAGE];
   const int size = module_receive(connector, packet, sizeof packet);
   const bool heard = size > 0 && vm::ReadPacket(packet, size, &messages[connector]);
+  // A packet of another version, or a damaged one, counts as not heard.
   input.messages[connector] = heard ? &messages[connector] : nullptr;
 }
 
@@ -84,6 +85,7 @@ void Sense(int64_t tick) {
 void Act() {
   for (int j = 0; j < NUM_JOINTS; ++j) {
     const vm::JointCommand& command = output.joints[j];
+    // Every tick commands every joint: what the motor was told last is repeated.
     module_command_joint(j, static_cast<module_mode>(command.mode), command.target, command.speed);
   }
   for (int i = 0; i < output.num_connector_commands; ++i) {
@@ -127,6 +129,7 @@ int main() {
   if (module_id() < 0 || !Verify()) return 1;
   vm::Vm machine(Config(), kinematics, program, &state);
   for (int64_t tick = 0; module_step(); ++tick) {
+    // In this order, as in a run: sense, compute, act; what neighbours hear now is of this tick.
     Sense(tick);
     machine.Tick(input, &output);
     Act();
