@@ -5,12 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "tools/base/files.h"
 #include "tools/base/messages.h"
-#include "tools/base/program.h"
-#include "tools/launch/program_call.h"
-#include "vm/limits.h"
-#include "vm/spread/program_relay.h"
 
 namespace morphbus::tools {
 namespace {
@@ -24,34 +19,44 @@ using bridge::ControlKind;
 constexpr int kMostAtOnce = 4;
 /// Seconds after which whoever waits for a tick hears that it may take longer.
 constexpr double kLaterSeconds = 1;
-/// The counter of a command that nobody awaits an answer to.
-constexpr int64_t kNobody = -1;
-constexpr const char* kStopped = "stopped by command";
-
-/// Whether a command is about a module as a process.
-bool OfProcess(ControlKind kind) {
-  return kind == ControlKind::kKill || kind == ControlKind::kRestart || kind == ControlKind::kLose;
-}
-
-/// Whether a module begins anew by this command.
-bool IsCold(const ControlCommand& command) {
-  return command.kind == ControlKind::kRestart && command.cold;
-}
 
 /// Whether a run that is paused goes on by this command.
 bool MovesOn(ControlKind kind) {
   return kind == ControlKind::kResume || kind == ControlKind::kStep || kind == ControlKind::kStop;
 }
 
+/// What a run knows of its programs beforehand.
+std::map<uint64_t, std::string> ImagesOf(const RunPlan& plan, const ControlScript& script) {
+  std::map<uint64_t, std::string> images = script.images;
+  images.emplace(plan.description.program_hash(), plan.description.program_image());
+  return images;
+}
+
+DeploymentSchedule::Run TimesOf(const RunPlan& plan) {
+  const proto::RunDescription& run = plan.description;
+  return {run.tick_us(), plan.num_ticks(), run.mode() == "realtime", run.loss()};
+}
+
 }  // namespace
 
-ControlDesk::ControlDesk(const RunPlan& plan, ControlScript script, std::string folder,
+ControlDesk::ControlDesk(const RunPlan& plan, ControlScript script, const std::string& folder,
                          bridge::SimParticipant* sim, sim::ControlledRobot* robot)
     : plan_(plan),
-      script_(std::move(script)),
-      folder_(std::move(folder)),
+      script_(std::move(script.commands)),
+      reachable_(!folder.empty()),
       sim_(*sim),
-      robot_(*robot) {
+      images_(plan.description.program_hash(), ImagesOf(plan, script), folder),
+      check_(plan.model, plan.robot(), plan.description.root_module(), &images_,
+             {[sim](int module) { return sim->lost(static_cast<size_t>(module)); },
+              [sim](int module) { return sim->program_of(static_cast<size_t>(module)); }}),
+      schedule_(TimesOf(plan)),
+      effects_(&check_, &images_, &schedule_, sim, robot),
+      restarts_(&orders_,
+                {[sim](std::function<void()> at) { sim->SetBarrier(std::move(at)); },
+                 [sim] { sim->PassBarrier(); },
+                 [this](const ControlCommand& command) {
+                   return sim_.BeginIncarnation(static_cast<size_t>(check_.ModuleOf(command)));
+                 }}) {
   // A module whose process died without a trace begins anew, whoever started the new one.
   sim_.OnReplaced([this](size_t module, int64_t tick) {
     ControlCommand command;
@@ -64,7 +69,7 @@ ControlDesk::ControlDesk(const RunPlan& plan, ControlScript script, std::string 
   });
 }
 
-void ControlDesk::Accept(Given* given, ControlAnswer::State state) {
+void ControlDesk::Accept(GivenCommand* given, ControlAnswer::State state) {
   // The tick that is out has its sensors already: the next one is the first that shows the effect.
   if (given->counter == kNobody || given->answered || !answer_) return;
   // What is said now is done then.
@@ -74,13 +79,13 @@ void ControlDesk::Accept(Given* given, ControlAnswer::State state) {
   answer_({given->counter, state, tick, 0, "", ControlText(given->command)});
 }
 
-void ControlDesk::Refuse(const Given& given, const Refusal& refusal, int64_t tick) {
+void ControlDesk::Refuse(const GivenCommand& given, const Refusal& refusal, int64_t tick) {
   // Who waits for an answer gets it.
   const bool scripted = given.counter == kNobody;
   if (!scripted && !given.answered) {
     if (!answer_) return;
     return answer_(
-        {given.counter, ControlAnswer::State::kRefused, tick, refusal.status, refusal.reason});
+        {given.counter, ControlAnswer::State::kRefused, tick, refusal.status, refusal.reason, ""});
   }
   // Nobody waits for what a script says, or was promised for later: the user hears of it here.
   Warn(fmt::format("{}: tick {}: {}: {}", scripted ? "--commands" : "control", tick,
@@ -104,24 +109,14 @@ void ControlDesk::NameBegun() {
 }
 
 int ControlDesk::NumPending() const {
-  return announced_ + static_cast<int>(waiting_.size() + ordered_.size());
+  return announced_ + static_cast<int>(waiting_.size() + restarts_.waiting().size() +
+                                       orders_.under_way().size());
 }
 
 void ControlDesk::Give(int64_t counter, const ControlCommand& command) {
-  Given given = {counter, command};
+  GivenCommand given = {counter, command};
   const int64_t tick = sim_.tick() + 1;
-  if (sim_.ending()) return Refuse(given, {kNo, "the run is over"}, tick);
-  // A script says what was done once, and is told nothing that the run did not say then.
-  const bool scripted = counter == kNobody;
-  const int most = MovesOn(command.kind) ? kMostAtOnce + 1 : kMostAtOnce;
-  if (!scripted && NumPending() >= most && command.kind != ControlKind::kStop) {
-    return Refuse(given, {kNo, fmt::format("{} commands wait for the next tick already", most)},
-                  tick);
-  }
-  Refusal refusal = Check(command);
-  if (refusal.status == 0 && !scripted) refusal = CheckProgram(command);
-  if (refusal.status == 0) refusal = CheckTime(command, tick, scripted);
-  if (refusal.status != 0) return Refuse(given, refusal, tick);
+  if (const Refusal refusal = Check(given, tick)) return Refuse(given, refusal, tick);
   if (DoNow(given)) return;
   if (IsCold(command)) return BeginRestart(given);
   // A run that holds still takes it up when it goes on; nobody waits for that.
@@ -129,137 +124,58 @@ void ControlDesk::Give(int64_t counter, const ControlCommand& command) {
   waiting_.push_back(std::move(given));
   // It leaves before the tick in which it is gone.
   if (command.kind == ControlKind::kLose) {
-    sim_.Lose(static_cast<size_t>(*plan_.robot().FindModule(command.part.module)));
+    sim_.Lose(static_cast<size_t>(check_.ModuleOf(command)));
   }
 }
 
-void ControlDesk::BeginRestart(const Given& given) {
-  if (plan_.description.mode() == "realtime") return Order(given);
-  // A dead module must answer the present tick first, as the one that it was. It may share its
-  // process with another that was killed; one that lives loses nothing by starting again.
-  if (!killed_.empty()) {
-    Given warm = {kNobody, given.command};
-    warm.command.cold = false;
-    warm.silent = true;
-    ordered_.push_back(warm);
-    order_(warm.command, 0);
+Refusal ControlDesk::Check(const GivenCommand& given, int64_t tick) {
+  if (sim_.ending()) return {kNo, "the run is over"};
+  // A script says what was done once, and is told nothing that the run did not say then.
+  const ControlCommand& command = given.command;
+  const bool scripted = given.counter == kNobody;
+  const int most = MovesOn(command.kind) ? kMostAtOnce + 1 : kMostAtOnce;
+  if (!scripted && NumPending() >= most && command.kind != ControlKind::kStop) {
+    return {kNo, fmt::format("{} commands wait for the next tick already", most)};
   }
-  waiting_.push_back(given);
-  if (Held()) Accept(&waiting_.back(), ControlAnswer::State::kLater);
-  // The old process ends between two ticks, so that the new one's first tick is certain.
-  sim_.SetBarrier([this] { OrderColdRestarts(); });
+  if (Refusal refusal = CheckPause(command.kind)) return refusal;
+  if (IsCold(command) && !orders_.possible()) {
+    return {kFailed, "this run has no launcher to do that"};
+  }
+  if (Refusal refusal = check_.Check(command)) return refusal;
+  // What the modules run by then is certain at the tick alone.
+  if (!scripted) {
+    if (Refusal refusal = check_.CheckProgram(command)) return refusal;
+  }
+  return CheckTime(given, tick);
 }
 
-void ControlDesk::OrderColdRestarts() {
-  std::vector<Given> cold;
-  for (const Given& given : waiting_) {
-    if (IsCold(given.command)) cold.push_back(given);
-  }
-  std::erase_if(waiting_, [](const Given& given) { return IsCold(given.command); });
-  for (const Given& given : cold) Order(given);
-  EndColdRestarts();
-}
-
-void ControlDesk::EndColdRestarts() {
-  const auto cold = [](const Given& given) { return IsCold(given.command); };
-  if (std::none_of(ordered_.begin(), ordered_.end(), cold) &&
-      std::none_of(waiting_.begin(), waiting_.end(), cold)) {
-    sim_.PassBarrier();
-  }
-}
-
-void ControlDesk::AnswerWaiting() {
-  for (Given& given : waiting_) {
-    if (given.answered || given.since.seconds() < kLaterSeconds) continue;
-    Accept(&given, ControlAnswer::State::kLater);
-  }
-}
-
-ControlDesk::Refusal ControlDesk::Check(const ControlCommand& command) {
+Refusal ControlDesk::CheckPause(ControlKind kind) const {
   // A pause that waits for its tick is one already.
-  const bool pausing = std::any_of(waiting_.begin(), waiting_.end(), [](const Given& given) {
+  const bool pausing = std::ranges::any_of(waiting_, [](const GivenCommand& given) {
     return given.command.kind == ControlKind::kPause;
   });
-  switch (command.kind) {
-    case ControlKind::kPause:
-      if (!pausing && !sim_.paused()) return {};
-      return {kNo, fmt::format("the run is paused already, at tick {}", sim_.tick())};
-    case ControlKind::kResume:
-    case ControlKind::kStep:
-      if (sim_.paused()) return {};
-      return {kNo, "the run is not paused"};
-    case ControlKind::kSpeed:
-    case ControlKind::kStop:
-      return {};
-    case ControlKind::kRestart:
-      if (command.cold && !order_) return {kFailed, "this run has no launcher to do that"};
-      return CheckNames(command);
-    case ControlKind::kDeploy:
-      return CheckDeploy(command);
-    default:
-      return CheckNames(command);
+  if (kind == ControlKind::kPause && (pausing || sim_.paused())) {
+    return {kNo, fmt::format("the run is paused already, at tick {}", sim_.tick())};
   }
+  const bool moves = kind == ControlKind::kResume || kind == ControlKind::kStep;
+  return moves && !sim_.paused() ? Refusal{kNo, "the run is not paused"} : Refusal();
 }
 
-ControlDesk::Refusal ControlDesk::CheckNames(const ControlCommand& command) {
-  const model::Robot& robot = plan_.robot();
-  // Every module that is named must be one of the robot's.
-  for (const std::string& name : {command.part.module, command.mate.module, command.to}) {
-    if (name.empty() || robot.FindModule(name)) continue;
-    std::vector<std::string> names;
-    for (const model::ModuleInstance& module : robot.modules) names.push_back(module.name);
-    return {kUnusable,
-            fmt::format("the robot has no module '{}'{}", name, DidYouMean(name, names))};
-  }
-  // What is addressed to a module that is lost would never be done.
-  const bool by_part = OfProcess(command.kind) || command.kind == ControlKind::kInspect;
-  const std::string& doer = by_part ? command.part.module : command.to;
-  if (!doer.empty() && sim_.lost(static_cast<size_t>(*robot.FindModule(doer)))) {
-    return {kNo, doer + " is lost: the run goes on without it"};
-  }
-  // So must be its link or connectors.
-  for (const bridge::ControlPart& part : {command.part, command.mate}) {
-    if (part.part.empty()) continue;
-    const model::ModuleType& type = plan_.model.TypeOf(robot, *robot.FindModule(part.module));
-    std::vector<std::string> names;
-    if (command.kind == ControlKind::kPush) {
-      for (const model::Link& link : type.links) names.push_back(link.name);
-    } else {
-      for (const model::Connector& connector : type.connectors) names.push_back(connector.name);
-    }
-    if (std::find(names.begin(), names.end(), part.part) != names.end()) continue;
-    return {kUnusable,
-            fmt::format("{} has no '{}'{}", part.module, part.part, DidYouMean(part.part, names))};
-  }
-  return {};
+Refusal ControlDesk::CheckTime(const GivenCommand& given, int64_t tick) const {
+  if (given.command.kind != ControlKind::kDeploy) return {};
+  // A script may be that of a run which went on for longer.
+  const bool endless = given.counter == kNobody;
+  const std::string why = schedule_.WhyNot(effects_.OrderOf(given.command, tick), endless);
+  return why.empty() ? Refusal() : Refusal{kNo, why};
 }
 
-ControlDesk::Refusal ControlDesk::CheckProgram(const ControlCommand& command) {
-  const int module = Addressee(command);
-  const uint64_t hash = sim_.program_of(module);
-  if (command.kind == ControlKind::kDeploy && hash == command.program_hash) {
-    return {kNo, plan_.robot().modules[module].name + " runs this program already"};
-  }
-  if (command.kind != ControlKind::kInvoke) return {};
-  // The program of the module that issues it says whether there is such a command.
-  const vm::VerifiedProgram* program = FindProgram(hash);
-  if (program == nullptr) return {kFailed, "nobody knows the program that runs there"};
-  const Result<vm::InvokeRequest> request = ResolveCall(*program, command);
-  return request ? Refusal() : Refusal{kUnusable, request.error().message};
+ControlCommand ControlDesk::Complete(ControlCommand command, int64_t tick) const {
+  if (command.kind != ControlKind::kDeploy) return command;
+  command.at = schedule_.SecondsOf(schedule_.Plan(effects_.OrderOf(command, tick)).switch_tick);
+  return command;
 }
 
-ControlDesk::Refusal ControlDesk::CheckDeploy(const ControlCommand& command) {
-  // The sim verifies an image itself: who laid it there may have been mistaken.
-  if (const Refusal named = CheckNames(command); named.status != 0) return named;
-  if (FindProgram(command.program_hash) == nullptr) {
-    return {kUnusable, command.program + " was not handed over as an image that can be verified"};
-  }
-  const std::string& image = script_.images[command.program_hash];
-  if (const std::string why = WhyNotFor(plan_.model, image); !why.empty()) return {kUnusable, why};
-  return {};
-}
-
-bool ControlDesk::DoNow(Given given) {
+bool ControlDesk::DoNow(GivenCommand given) {
   // Processes are the launcher's.
   const ControlCommand& command = given.command;
   const ControlKind kind = command.kind;
@@ -274,49 +190,53 @@ bool ControlDesk::DoNow(Given given) {
   if (kind == ControlKind::kStop) NameBegun();
   Announce(command);
   Accept(&given, ControlAnswer::State::kDone);
-  if (kind == ControlKind::kStop) sim_.RequestStop(kStopped);
-  if (kind == ControlKind::kSpeed) sim_.SetSpeed(command.speed);
-  if (kind == ControlKind::kResume) {
-    steps_left_ = 0;
-    sim_.Resume();
-  }
-  if (kind == ControlKind::kStep) {
-    steps_left_ += command.steps;
-    sim_.Step(command.steps);
-  }
+  // Counted first, for the next tick may begin at once.
+  if (kind == ControlKind::kResume) steps_left_ = 0;
+  if (kind == ControlKind::kStep) steps_left_ += command.steps;
+  (void)effects_.Apply(command, sim_.tick() + 1);
   return true;
 }
 
-void ControlDesk::Order(const Given& given) {
+void ControlDesk::BeginRestart(const GivenCommand& given) {
+  if (plan_.description.mode() == "realtime") return Order(given);
+  restarts_.Take(given);
+  if (Held()) Accept(&restarts_.waiting().back(), ControlAnswer::State::kLater);
+}
+
+void ControlDesk::Order(const GivenCommand& given) {
   // A script's orders are noted at their ticks, and no more, unless they change messages.
   const bool cold = IsCold(given.command);
   if (given.counter == kNobody && !cold) return Announce(given.command);
-  if (!order_) {
+  if (!orders_.possible()) {
     return Refuse(given, {kFailed, "this run has no launcher to do that"}, sim_.tick() + 1);
   }
   // The answer waits for the launcher's.
-  ordered_.push_back(given);
-  const auto module = static_cast<size_t>(*plan_.robot().FindModule(given.command.part.module));
-  order_(given.command, cold ? sim_.BeginIncarnation(module) : 0);
+  const auto module = static_cast<size_t>(check_.ModuleOf(given.command));
+  orders_.Order(given, cold ? sim_.BeginIncarnation(module) : 0);
 }
 
 void ControlDesk::OrderDone(const std::string& error) {
-  // The launcher answers in order.
-  if (ordered_.empty()) return;
-  Given given = ordered_.front();
-  ordered_.erase(ordered_.begin());
-  if (error.empty() && !given.silent) {
+  std::optional<GivenCommand> given = orders_.Done(error.empty());
+  if (!given) return;
+  const bool cold = IsCold(given->command);
+  if (!error.empty()) {
+    Refuse(*given, {kNo, error}, sim_.tick() + 1);
+  } else if (!given->silent) {
     // Processes take their time to begin anew. Named behind whatever else is said before the next
     // tick, so that a run with the same commands has the same CLOCK.
-    IsCold(given.command) ? AnnounceBegun(given.command) : Announce(given.command);
-    Accept(&given, ControlAnswer::State::kDone);
-  } else if (!error.empty()) {
-    Refuse(given, {kNo, error}, sim_.tick() + 1);
+    cold ? AnnounceBegun(given->command) : Announce(given->command);
+    Accept(&*given, ControlAnswer::State::kDone);
   }
-  const std::string& module = given.command.part.module;
-  if (error.empty() && given.command.kind == ControlKind::kKill) killed_.insert(module);
-  if (error.empty() && given.command.kind == ControlKind::kRestart) killed_.erase(module);
-  if (IsCold(given.command)) EndColdRestarts();
+  if (cold) restarts_.OnDone();
+}
+
+void ControlDesk::AnswerWaiting() {
+  for (std::vector<GivenCommand>* all : {&waiting_, &restarts_.waiting()}) {
+    for (GivenCommand& given : *all) {
+      if (given.answered || given.since.seconds() < kLaterSeconds) continue;
+      Accept(&given, ControlAnswer::State::kLater);
+    }
+  }
 }
 
 void ControlDesk::BeforeTick(int64_t tick) {
@@ -325,19 +245,24 @@ void ControlDesk::BeforeTick(int64_t tick) {
   if (tick == 0) return;
   NameBegun();
   // Moved out first: what a command leads to may give others.
-  for (const Given& given : std::exchange(waiting_, {})) {
-    const ControlCommand command = Complete(given.command, tick);
-    Refusal refusal = CheckTime(command, tick, given.counter == kNobody);
-    if (refusal.status == 0) refusal = Do(command, tick);
-    if (refusal.status != 0) {
+  for (const GivenCommand& given : std::exchange(waiting_, {})) {
+    GivenCommand done = given;
+    done.command = Complete(given.command, tick);
+    if (const Refusal refusal = DoAt(tick, done)) {
       Refuse(given, refusal, tick);
       continue;
     }
-    Announce(command);
-    if (!given.answered && given.counter != kNobody && answer_) {
-      answer_({given.counter, ControlAnswer::State::kDone, tick, 0, "", ControlText(command)});
-    }
+    Announce(done.command);
+    if (given.answered || given.counter == kNobody || !answer_) continue;
+    answer_({given.counter, ControlAnswer::State::kDone, tick, 0, "", ControlText(done.command)});
   }
+}
+
+Refusal ControlDesk::DoAt(int64_t tick, const GivenCommand& given) {
+  if (Refusal refusal = CheckTime(given, tick)) return refusal;
+  if (Refusal refusal = check_.CheckProgram(given.command)) return refusal;
+  const Result<void> done = effects_.Apply(given.command, tick);
+  return done ? Refusal() : Refusal{kNo, done.error().message};
 }
 
 void ControlDesk::AfterTick(int64_t tick) {
@@ -345,105 +270,31 @@ void ControlDesk::AfterTick(int64_t tick) {
   // was one of those to step.
   announced_ = std::max(0, announced_ - kMostAtOnce - 1);
   if (steps_left_ > 0) --steps_left_;
-  const std::vector<ScriptedCommand>& scripted = script_.commands;
-  while (next_scripted_ < scripted.size() && scripted[next_scripted_].tick <= tick + 1) {
+  while (next_scripted_ < script_.size() && script_[next_scripted_].tick <= tick + 1) {
     // More than a CLOCK names wait for the tick whose CLOCK will, so that it stays true; a run that
     // holds still would never get there.
     if (NumPending() > kMostAtOnce && !Held()) break;
     // Counted before it is given: what it leads to may be the next tick.
-    const ScriptedCommand& next = scripted[next_scripted_++];
+    const ScriptedCommand& next = script_[next_scripted_++];
     Give(kNobody, next.command);
   }
   // Nobody can reach a run in one process, so a pause that the script does not end has no end.
-  if (folder_.empty() && Held()) {
+  if (!reachable_ && Held()) {
     const std::string& reason = plan_.description.end_reason();
     sim_.RequestStop(reason.empty() ? "paused, with no command to resume" : reason);
   }
 }
 
 void ControlDesk::Finish() {
-  for (const auto* given : {&waiting_, &ordered_}) {
-    for (const Given& each : *given) Refuse(each, {kNo, "the run ended before"}, sim_.tick());
+  for (const auto* all :
+       {&std::as_const(waiting_), &std::as_const(restarts_.waiting()), &orders_.under_way()}) {
+    for (const GivenCommand& each : *all) {
+      Refuse(each, {kNo, "the run ended before"}, sim_.tick());
+    }
   }
   waiting_.clear();
-  ordered_.clear();
-}
-
-ControlDesk::Refusal ControlDesk::Do(const ControlCommand& command, int64_t tick) {
-  // Whatever fails here has changed nothing.
-  if (const Refusal refusal = CheckProgram(command); refusal.status != 0) return refusal;
-  const int addressee = Addressee(command);
-  Result<void> done;
-  switch (command.kind) {
-    case ControlKind::kPause:
-      sim_.Pause();
-      break;
-    case ControlKind::kStop:
-      sim_.RequestStop(kStopped);
-      break;
-    case ControlKind::kPush: {
-      const Eigen::Vector3d direction_W(command.direction_W[0], command.direction_W[1],
-                                        command.direction_W[2]);
-      done = robot_.Push(command.part.module, command.newtons * direction_W.normalized(),
-                         command.part.part, command.seconds);
-      break;
-    }
-    case ControlKind::kLose:
-      robot_.Lose(*plan_.robot().FindModule(command.part.module));
-      break;
-    case ControlKind::kConnect:
-      done = robot_.Connect(command.part.module, command.part.part, command.mate.module,
-                            command.mate.part);
-      break;
-    case ControlKind::kDisconnect:
-      done = robot_.Disconnect(command.part.module, command.part.part);
-      break;
-    case ControlKind::kDeploy:
-      Deploy(command, addressee, tick);
-      break;
-    case ControlKind::kInvoke:
-      sim_.Invoke(addressee, *ResolveCall(*FindProgram(sim_.program_of(addressee)), command));
-      break;
-    case ControlKind::kInspect:
-      for (int m = 0; m < std::ssize(plan_.robot().modules); ++m) {
-        const std::string& name = command.part.module;
-        const bool asked = name.empty() || name == plan_.robot().modules[m].name;
-        const auto module = static_cast<size_t>(m);
-        if (asked && !sim_.lost(module)) sim_.Inspect(module);
-      }
-      break;
-    default:
-      break;
-  }
-  return done ? Refusal() : Refusal{kNo, done.error().message};
-}
-
-int ControlDesk::Addressee(const ControlCommand& command) const {
-  // The root is in every robot, and everything spreads from there as well as from anywhere.
-  const std::string& name = command.to.empty() ? plan_.description.root_module() : command.to;
-  return plan_.robot().FindModule(name).value_or(0);
-}
-
-const vm::VerifiedProgram* ControlDesk::FindProgram(uint64_t hash) {
-  // A module that has not been heard of yet runs what it was started with.
-  if (hash == 0) hash = plan_.description.program_hash();
-  const auto known = programs_.find(hash);
-  if (known != programs_.end()) return known->second.get();
-  // What a tool hands over lies in the run's folder, under its hash.
-  std::string& image = script_.images[hash];
-  if (image.empty() && hash == plan_.description.program_hash()) {
-    image = plan_.description.program_image();
-  }
-  if (image.empty() && !folder_.empty()) {
-    image = ReadFile(ImagePath(folder_, hash), vm::kMaxImageBytes).value_or("");
-  }
-  // The hash is that of the bytes, and the verifier has the last word.
-  auto program = VerifyProgram(image);
-  if (!program || (*program)->hash() != hash) {
-    script_.images.erase(hash);
-    return nullptr;
-  }
-  return (programs_[hash] = std::move(*program)).get();
+  restarts_.waiting().clear();
+  orders_.Clear();
 }
 
 }  // namespace morphbus::tools

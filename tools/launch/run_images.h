@@ -1,0 +1,41 @@
+#pragma once
+// The programs that a run has as images, each verified once.
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "vm/image/program.h"
+
+namespace morphbus::tools {
+
+/// Programs by the hashes of their images: the one that the run began with, those of its script,
+/// and those that tools lay into its folder.
+class RunImages {
+ public:
+  /// @param own       hash of the image that the run began with.
+  /// @param images    images by hash, that one among them; nothing is believed of them yet.
+  /// @param folder    the run's, where others may be (ImagePath); empty: there are no others.
+  RunImages(uint64_t own, std::map<uint64_t, std::string> images, std::string folder);
+
+  /// The verified program of this hash, which is good as long as this lives; 0 stands for the run's
+  /// own. Null if the run has none that can be verified: one that comes later is found then.
+  const vm::VerifiedProgram* Find(uint64_t hash);
+  /// The image of a program that Find found; empty for others.
+  [[nodiscard]] const std::string& Image(uint64_t hash) const;
+
+ private:
+  /// An image, and what the verifier made of it, which refers to its bytes.
+  struct Verified {
+    std::unique_ptr<const std::string> image;
+    std::unique_ptr<vm::VerifiedProgram> program;
+  };
+
+  uint64_t own_;
+  std::map<uint64_t, std::string> images_;  ///< That nobody has asked for yet.
+  std::string folder_;
+  std::map<uint64_t, Verified> verified_;
+};
+
+}  // namespace morphbus::tools
