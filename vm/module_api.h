@@ -191,7 +191,7 @@ struct TickInput {
   /// The previous tick's message of the neighbour on each connector; nullptr if none arrived. A
   /// message whose sender is not that neighbour is ignored.
   const NeighbourMessage* messages[kMaxConnectors] = {};
-  /// What somebody outside asks this module to issue in this tick.
+  /// What people ask this module to issue in this tick (morphbus invoke).
   uint8_t num_requests = 0;
   InvokeRequest requests[kMaxRequests];
 };

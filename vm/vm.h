@@ -26,7 +26,7 @@ class Vm {
   /// sim time must not go back.
   void Tick(const TickInput& input, TickOutput* output);
 
-  /// Shows the observer every instruction of the tasks from the next tick on; nullptr: nobody. It
+  /// Shows the observer every instruction of the tasks from the next tick on; nullptr: none. It
   /// changes nothing of what they do.
   void Observe(StepObserver* observer) { observer_ = observer; }
 

@@ -8,7 +8,8 @@
 
 namespace morphbus {
 
-/// A finite number alone, "2.5", of a quantity whose unit nobody writes; nothing for another text.
+/// A finite number alone, "2.5", of a quantity that is written without its unit; nothing for
+/// another text.
 [[nodiscard]] std::optional<double> ReadPlainNumber(std::string_view text);
 
 /// Seconds: "2.5", "2.5s" or "2500ms". Nothing for any other text, and for what is not finite.

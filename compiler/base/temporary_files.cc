@@ -30,7 +30,7 @@ void RemoveAndEnd(int signal) {
       if (slot.ready) folders ? rmdir(slot.path.data()) : unlink(slot.path.data());
     }
   }
-  // The status says which signal it was, as if nobody had caught it.
+  // The status says which signal it was, as if it had not been caught.
   std::signal(signal, SIG_DFL);
   raise(signal);
 }

@@ -13,7 +13,7 @@ namespace morphbus {
 /// s: Counted(2, "body", "bodies").
 [[nodiscard]] std::string Counted(int64_t count, std::string_view one, std::string_view many = {});
 
-/// "a, b, c"; of more than `most` names the first ones "and 1234 more", so that nobody takes the
+/// "a, b, c"; of more than `most` names the first ones "and 1234 more", so that no reader takes the
 /// list for the whole.
 [[nodiscard]] std::string NameFirst(const std::vector<std::string>& names, size_t most);
 

@@ -334,7 +334,7 @@ void DeadEnds::Note(const Correspondence& matched, int body, int joint, bool tri
   if (order.size() == 1 && matched.mark().joints == 0 && !tried) return;
   const int count = static_cast<int>(order.size());
   if (best_ && best_->promise >= 2 * count) return;
-  // An attempt in which every body goes to its namesake says most to whoever changed a copy.
+  // An attempt in which every body goes to its namesake says most to a person who changed a copy.
   const bool namesakes = std::all_of(order.begin(), order.end(), [&](int from) {
     return matched.ImageOf(from) == namesakes_[from];
   });

@@ -17,7 +17,7 @@ struct CompanionFile {
 /// files will lie, but for names that the caller gave.
 struct Exported {
   std::string text;  ///< The main file.
-  /// Files that the main one refers to, or that somebody needs who builds it.
+  /// Files that the main one refers to, or that it takes to build it.
   std::vector<CompanionFile> companions;
   /// What was lost on the way, a sentence each, for the user.
   std::vector<std::string> warnings;

@@ -114,7 +114,7 @@ bool DifferInNumbersOnly(std::string a, std::string b) {
 
 std::string NameHint(const std::string& name, const std::vector<std::string>& candidates,
                      const std::string& what) {
-  // A long list of names helps nobody.
+  // A long list of names would not be read.
   constexpr size_t kShown = 12;
   const std::string near = source::NearestName(name, candidates);
   if (!near.empty() && !DifferInNumbersOnly(name, near)) return "did you mean '" + near + "'?";

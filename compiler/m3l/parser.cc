@@ -2,7 +2,7 @@
 
 namespace morphbus::m3l {
 namespace internal {
-// Takes the symbol if it is there; whoever calls decides what its absence means.
+// Takes the symbol if it is there; the caller decides what its absence means.
 bool Parser::Accept(std::string_view symbol) {
   if (!Is(symbol)) return false;
   ++at_;

@@ -248,7 +248,7 @@ std::optional<Expr> Parser::ParseCall(Expr function) {
 
 std::optional<Expr> Parser::ParseAnonymousAxis(Expr path, size_t begin) {
   const size_t open = at_++;
-  // The keyword `axis` was seen by whoever called.
+  // The keyword `axis` was seen by the caller.
   ++at_;  // axis
   if (!Accept(":")) return Error(Now().span, "expected ':' after 'axis', found " + Described(at_));
   if (TooDeep()) return std::nullopt;

@@ -56,7 +56,7 @@ std::vector<Pose> LinkPoses(const ModuleType& type, const std::vector<double>& q
 
 KinematicState ForwardKinematics(const Model& model, const Robot& robot, const JointValues& q) {
   MORPHBUS_CHECK(q.size() == robot.modules.size());
-  // The tree is built anew for each call; whoever needs many poses keeps one (kinematic_tree.h).
+  // The tree is built anew for each call; callers that need many poses keep one (kinematic_tree.h).
   const KinematicTree tree(model, robot);
   // The tree numbers links and joints of all modules in one row; values go in and poses come out in
   // that order.

@@ -19,8 +19,8 @@ struct Note {
   std::string message;
 };
 
-/// One error or warning about user text. A stage makes it by Diagnostics::Error or Warning, and
-/// whoever called the compiler prints all of them at the end.
+/// One error or warning about user text. A stage makes it by Diagnostics::Error or Warning, and the
+/// compiler's caller prints all of them at the end.
 struct Diagnostic {
   Severity severity = Severity::kError;
   /// The place of the text that is wrong; file -1 stands for the command line.
@@ -47,7 +47,7 @@ struct Diagnostic {
 /// The diagnostics of one compilation, in the order in which they were found.
 class Diagnostics {
  public:
-  /// Errors beyond this many are counted but not kept: nobody reads them.
+  /// Errors beyond this many are counted but not kept: they would not be read.
   static constexpr int kMaxErrors = 200;
 
   /// Records an error and returns it, so that a hint or notes can be added at once (the reference

@@ -19,7 +19,7 @@ constexpr double kExact = 1e-9;
 constexpr double kNearlyBest = 0.8;
 /// What repeats must last for this part of the time in which anything changes.
 constexpr double kLeastShare = 1.0 / 3.0;
-/// The shortest lag, ticks: of fewer samples nobody can tell what they repeat.
+/// The shortest lag, ticks: fewer samples do not tell what they repeat.
 constexpr int kLeastLag = 4;
 /// So many ticks are searched at once. A longer run is searched at its end, in its middle and at
 /// its beginning, and what is found there is followed through all of it.

@@ -66,7 +66,7 @@ class OwnerGrid {
     const int all = box.volume();
     return taken || all == 0 ? 0.0 : static_cast<double>(own) / all;
   }
-  /// Nobody else's name may stand in the box from now on.
+  /// No other name may stand in the box from now on.
   void Take(const CellBox& box) {
     ForCells(box, [&](int column, int row) { owners_[row * columns_ + column] = kTaken; });
   }
@@ -141,7 +141,7 @@ Spot BestOnModule(const OwnerGrid& grid, const SceneName& name, const Eigen::Vec
 
 /// The place nearest to `tip` at which a name hides nothing.
 Spot NearestFree(const OwnerGrid& grid, const SceneName& name, const Eigen::Vector2d& tip) {
-  // Free are cells of nobody, so that the name hides neither a module nor another name.
+  // Free are cells of no module, so that the name hides neither a module nor another name.
   Spot best;
   grid.ForCells(grid.whole(), [&](int column, int row) {
     const Eigen::Vector2d centre = grid.Middle(column, row);

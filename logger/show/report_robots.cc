@@ -238,7 +238,7 @@ std::string RobotsHtml(const RunLog& a, const RunLog& b, const Comparison& compa
   const RobotSide side_b{b, "B", SimulatedPoses(b)};
   const RoleColors colors = ColorsOf({&a, &b});
   const std::vector<Difference> differences = DockingDifferences(a, b, comparison.matching);
-  // As they stand once everybody has a role, which the colors show; else at the start.
+  // As they stand once all modules have roles, which the colors show; else at the start.
   int64_t cast_us = 0;
   for (const ModulePair& pair : comparison.matching.pairs) {
     cast_us = std::max({cast_us, pair.taken_a_us, pair.taken_b_us});

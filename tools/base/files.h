@@ -1,5 +1,5 @@
 #pragma once
-// Files whole: read with a limit, written so that nobody ever sees half of one.
+// Files whole: read with a limit, written so that there is never half of one.
 
 #include <sys/types.h>
 

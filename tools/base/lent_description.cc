@@ -7,7 +7,7 @@
 namespace morphbus::tools {
 
 Result<std::string> LentDescription(const std::string& path) {
-  // Nothing is lent where nobody asked for it.
+  // Nothing is lent where it was not asked for.
   if (path.empty()) return std::string();
   Result<std::string> description = logger::ReadDescription(path);
   if (!description) return Fail("--description: " + description.error().message);

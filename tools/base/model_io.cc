@@ -59,7 +59,7 @@ Json AttributeJson(const model::AttributeValue& value) {
 
 std::string MobilityText(const model::KinematicGraph& graph) {
   if (graph.mobility) return fmt::format("mobility {}", *graph.mobility);
-  // The limit is named, so that nobody looks for a mistake in the model.
+  // The limit is named, so that users do not look for a mistake in the model.
   return fmt::format("mobility not computed (over {} joints in one system of loops)",
                      model::kMaxLoopJoints);
 }

@@ -31,7 +31,7 @@ std::optional<int> RefuseUnknownCommand(const CLI::App& app, int argc, const cha
 }
 
 /// The exit status if an option is given an empty value, such as that of a shell's variable that is
-/// not set: nobody means that, and CLI11 would take it for an option that was left out.
+/// not set: that is not meant, and CLI11 would take it for an option that was left out.
 std::optional<int> RefuseEmptyValue(int argc, const char* const* argv) {
   std::string option;
   for (int i = 1; i < argc; ++i) {
@@ -82,7 +82,7 @@ std::string MeantOption(const std::string& word, const std::vector<std::string>&
 /// "there is no option '--robt' (did you mean '--robot'?)" for the first argument that looks like
 /// an option of `app` and is none; "" without one.
 std::string UnknownOption(const CLI::App& app) {
-  // CLI11 leaves over what it could not assign; an option among it is one that nobody defined.
+  // CLI11 leaves over what it could not assign; an option among it is one that is not defined.
   for (const std::string& argument : app.remaining()) {
     if (argument.size() < 2 || argument.front() != '-') continue;
     const std::string name = argument.substr(0, argument.find('='));

@@ -28,7 +28,7 @@ bool IsStream(const std::string& path);
 bool IsOneOf(const std::string& output, const std::vector<std::string>& inputs);
 
 /// What commands write. Each kind begins in a way of its own, by which an earlier output is told
-/// from somebody's own file: commands replace the one without asking and spare the other.
+/// from a file of another origin: commands replace the one without asking and spare the other.
 struct OutputKind {
   std::string_view name;    ///< With its article, for messages.
   std::string_view starts;  ///< Its first bytes; an empty text fits every file.

@@ -16,7 +16,8 @@ bool g_passing = false;
 /// \r goes to the beginning of the line, and \033[K clears it.
 constexpr std::string_view kClearLine = "\r\033[K";
 
-/// What this returns is all that there is to know, and nobody to tell it to: stderr has no buffer.
+/// A failure has no place where it could be told, so that the result is not looked at. stderr has
+/// no buffer.
 void WriteError(std::string_view text) {
   if (!text.empty()) static_cast<void>(std::fwrite(text.data(), 1, text.size(), stderr));
 }

@@ -45,7 +45,7 @@ std::optional<TerminalKey> TakeKey(std::string* bytes, bool complete) {
   size_t size = SequenceSize(*bytes);
   if (size == 0 && !complete) return std::nullopt;
   if (size == 0) size = bytes->size();
-  // A sequence that nobody needs is taken whole, so that its rest is not read as characters.
+  // A sequence that is not used here is taken whole, so that its rest is not read as characters.
   TerminalKey key{TerminalKey::Kind::kOther, 0};
   for (const auto& [sequence, kind] : kSequences) {
     if (std::string_view(*bytes).substr(0, size) == sequence) key.kind = kind;

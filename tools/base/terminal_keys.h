@@ -41,7 +41,8 @@ class TerminalKeys {
  private:
   /// Whether the terminal is ours now: a process in the background is stopped if it reads.
   [[nodiscard]] bool InForeground() const;
-  /// Puts the terminal into our mode, also after somebody else (a shell, after Ctrl-Z) changed it.
+  /// Puts the terminal into our mode, also after another program (a shell, after Ctrl-Z) changed
+  /// it.
   void SetMode();
 
   int fd_;

@@ -37,7 +37,7 @@ int Perform(const Action& action) {
   }
 }
 
-/// `status`, unless what was printed could not be written: then nobody has the result, which a full
+/// `status`, unless what was printed could not be written: then the result is lost, which a full
 /// disk behind stdout must not let pass for success.
 int WithResultWritten(int status) {
   // Output is buffered: that it did not fit the disk may show only now.

@@ -152,7 +152,8 @@ std::vector<std::string> CompanionPaths(const std::string& output, const emit::E
 }
 
 /// True if the companions may be written: unless one would lie where the main file does (a header,
-/// if that is called x.h), where a file of the model does, or in place of somebody's own file.
+/// if that is called x.h), where a file of the model does, or in place of a file that no export
+/// wrote.
 bool MayWriteBeside(const std::string& output, const std::vector<std::string>& companions,
                     bool force, const std::vector<std::string>& inputs) {
   const fs::path main(output);
@@ -247,8 +248,8 @@ int WriteToStream(const std::string& output, const emit::Exported& exported) {
   return written ? kDone : Unusable(written.error().message);
 }
 
-/// Companions first: whoever sees the main file finds them. What an earlier main file may still
-/// refer to is removed last.
+/// Companions first, so that they are there once the main file is. What an earlier main file may
+/// still refer to is removed last.
 int WriteFiles(const std::string& output, const emit::Exported& exported, bool force,
                const std::vector<std::string>& inputs) {
   const std::vector<std::string> companions = CompanionPaths(output, exported);

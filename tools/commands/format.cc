@@ -44,7 +44,7 @@ int FormatFile(const std::string& path, bool check, std::string* layout) {
   // With --check the answer is the exit status.
   *layout = "not in canonical layout";
   if (check) return kNo;
-  // WriteFile replaces the file whole, so that nobody sees half of it.
+  // WriteFile replaces the file whole, so that there is never half of it.
   const Result<void> written = WriteFile(path, *formatted);
   if (!written) return Unusable(written.error().message);
   *layout = "formatted";

@@ -34,8 +34,8 @@ void AddKeyOfRun(std::vector<std::string>* arguments) {
   if (entry) arguments->insert(arguments->end(), {"--key", KeyPath(entry->folder)});
 }
 
-/// Replaces this process: whoever watches its id then watches the module. It returns only if the
-/// program cannot be started.
+/// Replaces this process: a parent that watches its id then watches the module. It returns only if
+/// the program cannot be started.
 int BecomeModule(std::vector<std::string> arguments) {
   Result<std::string> program = ModuleProgram();
   if (!program) return Failed(program.error().message);

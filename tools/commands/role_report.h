@@ -12,7 +12,7 @@
 
 namespace morphbus::tools {
 
-/// Roles by module, all problems in one list, and the roles that nobody plays.
+/// Roles by module, all problems in one list, and the roles that no module plays.
 Json RolesJson(const StaticRoles& roles);
 /// The same as a table on stdout, then the problems with carets in the model and in the program.
 /// @param source  where the model is written.

@@ -53,7 +53,7 @@ enum class Letter : uint8_t {
 };
 
 /// What one letter of a signature stands for: a type, or what a Letter says. Types have their
-/// numbers, which no letter has, so that nobody looks for a letter among the types at run time.
+/// numbers, which no letter has, so that no letter is looked for among the types at run time.
 struct Term {
   uint8_t code = 0;
 

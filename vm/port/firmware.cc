@@ -6,8 +6,8 @@ namespace {
 
 /// Of a frame's body: module and connector that speak.
 constexpr int kHeaderBytes = 3;
-/// A tick beyond this is not believed, as nobody could come back from it: 2^30 ticks of 20 ms are
-/// 248 days.
+/// A tick beyond this is not believed, as no module could come back from it: 2^30 ticks of 20 ms
+/// are 248 days.
 constexpr int64_t kMaxTick = int64_t{1} << 30;
 
 }  // namespace

@@ -70,7 +70,7 @@ class Firmware {
   /// By how many ticks the newest message heard is ahead of tick(). While it is above 0 right after
   /// Tick(), the module's clock is behind: shorter periods mend that. Far behind, it leaps.
   [[nodiscard]] int64_t lag() const { return heard_tick_ - input_.tick; }
-  /// All that the VM said in it: role, faults and prints are for whoever can be told.
+  /// All that the VM said in it: role, faults and prints are for a console, where there is one.
   [[nodiscard]] const TickOutput& output() const { return output_; }
   [[nodiscard]] const LinkedNeighbour& neighbour(int connector) const {
     return neighbours_[connector];

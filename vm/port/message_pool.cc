@@ -9,7 +9,8 @@ NeighbourMessage* MessagePool::RoomFor(int connector, TickInput* input) {
   if (input->messages[connector] != nullptr) {
     return &messages_[input->messages[connector] - messages_];
   }
-  // Otherwise one that is nobody's, or else that of one who only passes by, if this one is docked.
+  // Otherwise one that no connector uses, or else that of a module which only passes by, if the one
+  // behind this connector is docked.
   for (const bool makes_way : {false, true}) {
     for (NeighbourMessage& message : messages_) {
       int user = 0;

@@ -8,7 +8,7 @@ namespace morphbus::vm {
 class MessagePool {
  public:
   /// Where the next message of a connector goes; null if so many docked ones have spoken in this
-  /// tick already. What it takes from somebody else is taken out of the input.
+  /// tick already. What it takes from another connector is taken out of the input.
   NeighbourMessage* RoomFor(int connector, TickInput* input);
 
  private:

@@ -95,7 +95,7 @@ uint32_t ModuleServices::Connected(Direction d) {
 }
 
 uint32_t ModuleServices::ConnectedRole(Direction d, int role) {
-  // Whoever asks for roles is decided again when they change.
+  // A requirement that asks for roles is decided again when they change.
   read_roles_ = true;
   // Of those that lie there, the ones whose role is the wanted one or extends it stay.
   uint32_t mask = Connected(d);

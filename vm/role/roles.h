@@ -14,8 +14,7 @@ struct RoleCheck {
   bool labels_resolve = false;
   /// The index into RoleInfo::requirements of the first that fails; -1 if none does.
   int failed_requirement = -1;
-  /// What that requirement compared last; filled in outside of ticks only, for whoever
-  /// asks (Vm::CheckRole).
+  /// What that requirement compared last; filled in outside of ticks only, for Vm::CheckRole.
   Comparison measured;
   /// The slot of the first label that does not resolve; -1 if all do.
   int failed_label = -1;

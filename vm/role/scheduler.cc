@@ -263,7 +263,7 @@ void RunTasks(Context& context, ModuleServices& services) {
       const int i = (begin + k) % kMaxTasks;
       Task& task = s.tasks[i];
       if ((spent >> i & 1u) != 0 || !IsRunnable(context, task)) continue;
-      // An equal share of what is left, so that a runaway loop starves nobody.
+      // An equal share of what is left, so that a runaway loop starves no other task.
       const int32_t share = remaining / CountRunnable(context, spent);
       int32_t budget = share;
       if (!RunOne(context, services, &task, &budget)) {

@@ -27,7 +27,7 @@ struct Context {
   VmState& state;
   /// Where status and commands go; nullptr outside Vm::Tick, where faults and commands go nowhere.
   TickOutput* output = nullptr;
-  /// Who looks on while tasks run; nullptr for nobody.
+  /// What looks on while tasks run; nullptr: nothing does.
   StepObserver* observer = nullptr;
 };
 
@@ -42,7 +42,7 @@ struct Inbox {
 /// Puts a fault on the status; beyond kMaxFaultsPerTick it is counted only. Unless the fault names
 /// a role, it gets the role that the module holds.
 inline void Report(Context& context, const Fault& fault) {
-  // Outside of a tick there is nobody to tell.
+  // Outside of a tick there is no status to be put on.
   if (context.output == nullptr) return;
   StatusReport& status = context.output->status;
   // The status has room for a few faults; the others are counted, so that none is lost unseen.
@@ -55,8 +55,8 @@ inline void Report(Context& context, const Fault& fault) {
   ++status.num_faults;
 }
 
-/// Sets the source position of a fault to an instruction, for whoever wrote the program. `pc` is
-/// its byte offset in the function.
+/// Sets the source position of a fault to an instruction, for the people who wrote the program.
+/// `pc` is its byte offset in the function.
 inline void SetPlace(const VerifiedProgram& program, int function, uint32_t pc, Fault* fault) {
   fault->function = static_cast<int16_t>(function);
   fault->pc = static_cast<uint16_t>(pc);

@@ -1,13 +1,13 @@
 #pragma once
-// Lets somebody look on while tasks run, instruction by instruction. Only tools on the host do: a
-// module's own process runs without.
+// Lets an observer look on while tasks run, instruction by instruction. Only tools on the host do:
+// a module's own process runs without.
 
 #include "vm/run/interpreter.h"
 #include "vm/run/state.h"
 
 namespace morphbus::vm {
 
-/// Who looks on. What it is shown is the VM's own; it lives until the call returns.
+/// Looks on. What it is shown is the VM's own; it lives until the call returns.
 class StepObserver {
  public:
   /// The instruction at which the innermost call of the task stands runs next. Its locals and

@@ -69,8 +69,8 @@ bool Accept(const BodyRecord& news, BodyTable* table, int* near) {
   return true;
 }
 
-/// Stamps the own joints with this tick: nobody knows better that they are there. Sets the bits of
-/// bodies without room in `overflow`.
+/// Stamps the own joints with this tick: no other module knows better that they are there. Sets the
+/// bits of bodies without room in `overflow`.
 void AddOwnJoints(Context& context, uint32_t* overflow) {
   for (int j = 0; j < context.kinematics.num_joints(); ++j) {
     const KinJoint& joint = context.kinematics.joint(j);

@@ -154,8 +154,8 @@ void ProgramRelay::Receive(const TickInput& input) {
   for (const NeighbourMessage* message : input.messages) {
     if (message != nullptr) OnWish(message->news);
   }
-  // Whoever offered it is gone: another one, perhaps an older one, may still come whole. So is
-  // whoever could take small pieces only.
+  // The neighbour that offered it is gone: another package, perhaps an older one, may still come
+  // whole. So may be the one that could take small pieces only.
   if (state_.incoming.version != 0 && state_.whole == 0 &&
       input.tick - state_.offered_tick > kSilentTicks) {
     Begin({});
@@ -215,7 +215,8 @@ void ProgramRelay::Fill(NeighbourMessage* message) {
                    message->num_invocations * kInvocationWireBytes +
                    message->num_body_entries * kBodyEntryWireBytes;
   if (state_.wanted == 0 || used + kFragmentWireBytes > kMessageTailBytes) return;
-  // What was wanted may have been replaced since by a smaller package, which nobody has asked for.
+  // What was wanted may have been replaced since by a smaller package, which no neighbour has asked
+  // for.
   if (state_.serve_offset >= newest.size) return;
   const uint32_t rest = newest.size - state_.serve_offset;
   piece.version = newest.version;

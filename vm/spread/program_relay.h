@@ -9,10 +9,10 @@
 // versions, which two deployers give that know nothing of each other, the higher id. So one wins
 // everywhere, whatever arrives first.
 //
-// A package is collected from its first byte on. A piece is any run of its bytes: whoever sends
-// cuts as its neighbours say that they can take, and whoever receives takes what goes on from where
-// it is. So modules of both profiles (vm/limits.h) collect from each other, and a store is only
-// ever appended to, as flash wants it.
+// A package is collected from its first byte on. A piece is any run of its bytes: a sender cuts as
+// its neighbours say that they can take, and a receiver takes what goes on from where it is. So
+// modules of both profiles (vm/limits.h) collect from each other, and a store is only ever appended
+// to, as flash wants it.
 //
 // Use, each tick: Receive(input); if ready(), verify the package, then Keep() or Refuse(); if
 // verified() and its tick has come, Vm::ReplaceProgram and Accept(); after Vm::Tick,
@@ -75,9 +75,9 @@ class ProgramRelay {
   /// that is more. It is ready() at once.
   void Deploy(const uint8_t* package, uint32_t size, uint64_t id, uint32_t number = 0);
 
-  /// Takes the neighbours' news and pieces. What nobody has offered for kSilentTicks and is not
-  /// whole is given up: whoever had it is gone. What the store has no room for, or fails to keep,
-  /// is refused.
+  /// Takes the neighbours' news and pieces. What no neighbour has offered for kSilentTicks and is
+  /// not whole is given up: the neighbour that had it is gone. What the store has no room for, or
+  /// fails to keep, is refused.
   void Receive(const TickInput& input);
 
   /// True when a newer package is complete and waits for Keep or Refuse.
