@@ -30,7 +30,9 @@ struct Signs {
 
 /// A direction or axis as programs write it, and what it is made of.
 struct DirectionRow {
+  /// As programs write it, with the dollar signs.
   const char* name;
+  /// None for kAny.
   Signs signs;
 };
 
@@ -38,12 +40,14 @@ struct DirectionRow {
 /// names.
 inline constexpr DirectionRow kDirectionRows[kNumDirections] = {
     {"$ANY", {0, 0, 0}},
+    // One part: the directions that have names of their own.
     {"$NORTH", {1, 0, 0}},
     {"$SOUTH", {-1, 0, 0}},
     {"$EAST", {0, 0, 1}},
     {"$WEST", {0, 0, -1}},
     {"$UP", {0, 1, 0}},
     {"$DOWN", {0, -1, 0}},
+    // Two parts, at 45 degrees to each of them.
     {"$NORTH + $UP", {1, 1, 0}},
     {"$NORTH + $DOWN", {1, -1, 0}},
     {"$SOUTH + $UP", {-1, 1, 0}},
@@ -56,6 +60,7 @@ inline constexpr DirectionRow kDirectionRows[kNumDirections] = {
     {"$UP + $WEST", {0, 1, -1}},
     {"$DOWN + $EAST", {0, -1, 1}},
     {"$DOWN + $WEST", {0, -1, -1}},
+    // Three parts, at some 54.7 degrees to each.
     {"$NORTH + $UP + $EAST", {1, 1, 1}},
     {"$NORTH + $UP + $WEST", {1, 1, -1}},
     {"$NORTH + $DOWN + $EAST", {1, -1, 1}},
@@ -69,9 +74,11 @@ inline constexpr DirectionRow kDirectionRows[kNumDirections] = {
 /// All axes, by value. The first of north, up and east that an axis has is positive.
 inline constexpr DirectionRow kAxisRows[kNumAxes] = {
     {"$ANY", {0, 0, 0}},
+    // One part: the axes that have names of their own.
     {"$NORTH_SOUTH", {1, 0, 0}},
     {"$UP_DOWN", {0, 1, 0}},
     {"$EAST_WEST", {0, 0, 1}},
+    // Of each diagonal and its reverse there is one axis: half as many as directions.
     {"axis($NORTH + $UP)", {1, 1, 0}},
     {"axis($NORTH + $DOWN)", {1, -1, 0}},
     {"axis($NORTH + $EAST)", {1, 0, 1}},
@@ -87,9 +94,11 @@ inline constexpr DirectionRow kAxisRows[kNumAxes] = {
 /// The signs alone: names are for people, and a microcontroller need not hold them.
 template <int kCount>
 struct SignTable {
+  /// Copies them at compile time.
   constexpr explicit SignTable(const DirectionRow (&rows)[kCount]) : signs() {
     for (int i = 0; i < kCount; ++i) signs[i] = rows[i].signs;
   }
+  /// By value, as the rows are.
   Signs signs[kCount];
 };
 inline constexpr SignTable<kNumDirections> kDirectionSigns(kDirectionRows);
@@ -117,6 +126,8 @@ constexpr Vec3 UnitOf(Axis axis) { return UnitOf(kAxisSigns.signs[static_cast<in
 constexpr Direction SumOf(Direction a, Direction b) {
   const Signs& s = kDirectionSigns.signs[static_cast<int>(a)];
   const Signs& t = kDirectionSigns.signs[static_cast<int>(b)];
+  // Two directions are square to each other exactly if no axis is in both; north and south would
+  // cancel, and north and north-up would weigh north twice.
   const bool overlap =
       (s.north != 0 && t.north != 0) || (s.up != 0 && t.up != 0) || (s.east != 0 && t.east != 0);
   if (a == Direction::kAny || b == Direction::kAny || overlap) return Direction::kAny;
@@ -131,6 +142,7 @@ constexpr Direction SumOf(Direction a, Direction b) {
 /// The axis along a direction; kAny for kAny.
 constexpr Axis AxisOf(Direction d) {
   const Signs& s = kDirectionSigns.signs[static_cast<int>(d)];
+  // An axis has no sense: the direction and its reverse lie along the same one.
   const Signs reverse{static_cast<int8_t>(-s.north), static_cast<int8_t>(-s.up),
                       static_cast<int8_t>(-s.east)};
   for (int i = 1; i < kNumAxes; ++i) {

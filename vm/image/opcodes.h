@@ -55,6 +55,7 @@ enum class Letter : uint8_t {
 /// What one letter of a signature stands for: a type, or what a Letter says. Types have their
 /// numbers, which no letter has, so that no letter is looked for among the types at run time.
 struct Term {
+  /// A ValueType's number, or a letter's character; 0 ends a signature.
   uint8_t code = 0;
 
   /// The type; kVoid if it is a Letter.
@@ -89,11 +90,13 @@ class Terms {
     while (size < kMost && terms_[size].code != 0) ++size;
     return size;
   }
+  /// Term i, and all of them in their order.
   constexpr Term operator[](int i) const { return terms_[i]; }
   [[nodiscard]] constexpr const Term* begin() const { return terms_; }
   [[nodiscard]] constexpr const Term* end() const { return terms_ + size(); }
 
  private:
+  /// What a letter of a signature stands for: one of the table's own letters, else a type's.
   static consteval Term TermOf(char letter) {
     switch (static_cast<Letter>(letter)) {
 #define LETTER(name, letter, word) case Letter::name:
@@ -155,6 +158,7 @@ constexpr const OpcodeInfo& InfoOf(Opcode op) { return kOpcodes[static_cast<int>
 
 /// A comparison and a jump as one instruction.
 struct JoinedJump {
+  /// The instruction of the pair as one.
   Opcode jump;
   /// It compares the two values that the jump takes.
   Opcode comparison;
@@ -175,17 +179,20 @@ struct Comparison {
   Opcode opcode = Opcode::kPop;
   /// The type of both operands.
   ValueType type = ValueType::kVoid;
+  /// What was compared, the left side first.
   Cell left, right;
 };
 
 /// What a function compared while it ran.
 struct Comparisons {
+  /// How many are kept: a requirement seldom compares more.
   static constexpr int kMost = 8;
   /// In order; of more than kMost the first ones, and the last one in the last place.
   Comparison kept[kMost];
   /// How many there were.
   int count = 0;
 
+  /// Keeps one more, in the last place if there is no other.
   void Add(const Comparison& comparison) {
     kept[count < kMost ? count : kMost - 1] = comparison;
     ++count;

@@ -11,7 +11,7 @@ namespace morphbus::vm {
 class VerifiedProgram;
 struct FunctionInfo;
 
-/// A part of an operand; vm/image/operands.def says what each stands for.
+/// A part of an operand; vm/image/operands.def says what each stands for. kNone stands for none.
 enum class OperandPart : uint8_t {
 #define PART(name, ...) name,
 #include "vm/image/operands.def"
@@ -64,6 +64,7 @@ struct OperandInfo {
   /// The bytes of all of them.
   uint8_t bytes = 0;
 
+  /// From the parts that it has, in their order in the code.
   template <class... Parts>
   explicit consteval OperandInfo(Parts... all)
       : parts{all...}, bytes(static_cast<uint8_t>((0 + ... + BytesOf(all)))) {}
@@ -86,7 +87,8 @@ constexpr const OperandInfo& InfoOf(OperandKind kind) { return kOperands[static_
 /// Bytes that an operand takes.
 constexpr uint32_t OperandBytes(OperandKind kind) { return InfoOf(kind).bytes; }
 
-/// The number that stands in a part's bytes, without its sign.
+/// The number that stands in a part's bytes, without its sign: of two bytes the lower one comes
+/// first. The reader of a signed byte widens it itself.
 constexpr uint32_t NumberIn(OperandPart part, const uint8_t* at) {
   return BytesOf(part) == 2 ? at[0] | static_cast<uint32_t>(at[1]) << 8 : at[0];
 }

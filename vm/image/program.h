@@ -48,7 +48,9 @@ struct KeywordInfo {
 /// Types that functions share, straight out of the image.
 class TypeTable {
  public:
+  /// `at`: the first type's byte in the image.
   explicit TypeTable(const uint8_t* at = nullptr) : at_(at) {}
+  /// Type i; how many there are the function says.
   ValueType operator[](int i) const { return static_cast<ValueType>(at_[i]); }
 
  private:
@@ -76,6 +78,7 @@ struct FunctionInfo {
 class ReferenceTable {
  public:
   explicit ReferenceTable(const uint8_t* at) : at_(at) {}
+  /// The number of function i of the table.
   uint16_t operator[](int i) const { return image::ReadU16(at_ + 2 * i); }
 
  private:
@@ -86,6 +89,7 @@ class ReferenceTable {
 class FieldTable {
  public:
   FieldTable(const uint8_t* at, const uint8_t* constants) : at_(at), constants_(constants) {}
+  /// The value that field i begins with, and its type.
   Cell operator[](int i) const { return Cell{image::ReadU32(ConstantOf(i) + 1)}; }
   [[nodiscard]] ValueType type(int i) const { return static_cast<ValueType>(*ConstantOf(i)); }
   /// True if neighbours may read the field.
@@ -94,6 +98,7 @@ class FieldTable {
   }
 
  private:
+  /// The record of the constant that field i begins with: a byte for its type, four for its value.
   [[nodiscard]] const uint8_t* ConstantOf(int i) const {
     const int constant = image::ReadU16(at_ + 2 * i) & ~image::kSharedFieldBit;
     return constants_ + static_cast<uint32_t>(constant) * image::kConstantBytes;
@@ -102,7 +107,8 @@ class FieldTable {
   const uint8_t* constants_;
 };
 
-/// Events that a handler may run on.
+/// Events that a handler may run on: a neighbour docks or leaves, a joint gets stuck on its way, or
+/// a timer's period is over.
 enum class Event : uint8_t { kConnect, kDisconnect, kStall, kTimer };
 
 /// A handler: it is known by its event and has no name.
@@ -110,6 +116,7 @@ struct HandlerInfo {
   Event event = Event::kConnect;
   /// True if it runs during startup too.
   bool early = false;
+  /// The number of the function that it runs.
   uint16_t function = 0;
   /// Of a timer: how often it runs (µs).
   int64_t period_us = 0;
@@ -119,6 +126,7 @@ struct HandlerInfo {
 class HandlerTable {
  public:
   HandlerTable(const uint8_t* at, const uint8_t* constants) : at_(at), constants_(constants) {}
+  /// Handler i, put together from its record and the constant that its period is.
   HandlerInfo operator[](int i) const;
 
  private:
@@ -133,6 +141,7 @@ struct RoleInfo {
   /// Reads the record at `at`; `strings` and `constants` are where those sections begin.
   RoleInfo(const uint8_t* at, const uint8_t* strings, const uint8_t* constants);
 
+  /// As the program calls it.
   Text name;
   /// The index of the role that it extends; -1 for a direct child of Module.
   int16_t parent;
@@ -235,6 +244,7 @@ class VerifiedProgram {
   [[nodiscard]] Text function_name(int function) const;
   /// The same without the role's.
   [[nodiscard]] Text member_name(int function) const;
+  /// The name of a field, by its slot in the role.
   [[nodiscard]] Text field_name(int role, int field) const;
   /// The name of a parameter or variable of a function.
   [[nodiscard]] Text local_name(int function, int local) const;
@@ -245,6 +255,7 @@ class VerifiedProgram {
   [[nodiscard]] int LineOfRole(int role) const;
 
  private:
+  /// The record of constant i: a byte for its type, four for its value.
   [[nodiscard]] const uint8_t* ConstantAt(int i) const {
     return bytes_ + constants_begin_ + static_cast<uint32_t>(i) * image::kConstantBytes;
   }
