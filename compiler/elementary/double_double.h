@@ -28,8 +28,8 @@ constexpr DoubleDouble Sum(double a, double b) {
   return {sum, (a - (sum - of_b)) + (b - of_b)};
 }
 
-/// Both halves of x have at most 26 bits, so that products of halves are exact (Veltkamp's
-/// splitting).
+/// x as the sum of two halves of at most 26 bits, so that products of halves are exact (Veltkamp's
+/// splitting; the factor is 2^27 + 1).
 constexpr DoubleDouble Halves(double x) {
   const double big = 134217729.0 * x;  // 2^27 + 1
   const double upper = big - (big - x);
@@ -47,7 +47,8 @@ constexpr DoubleDouble Product(double a, double b) {
 /// Exact: a sign is a bit of its own.
 constexpr DoubleDouble operator-(const DoubleDouble& a) { return {-a.hi, -a.lo}; }
 
-/// Relative error at most 2^-104, also where a and b nearly cancel each other.
+/// Relative error at most 2^-104, also where a and b nearly cancel each other, for which the low
+/// parts are added exactly, too.
 constexpr DoubleDouble operator+(const DoubleDouble& a, const DoubleDouble& b) {
   const DoubleDouble upper = Sum(a.hi, b.hi), lower = Sum(a.lo, b.lo);
   const DoubleDouble both = FastSum(upper.hi, upper.lo + lower.hi);
@@ -57,7 +58,7 @@ constexpr DoubleDouble operator+(const DoubleDouble& a, const DoubleDouble& b) {
 /// The relative error is that of the sum.
 constexpr DoubleDouble operator-(const DoubleDouble& a, const DoubleDouble& b) { return a + -b; }
 
-/// Relative error at most 2^-102.
+/// Relative error at most 2^-102: the product of both low parts, which is smaller, is left out.
 constexpr DoubleDouble operator*(const DoubleDouble& a, const DoubleDouble& b) {
   const DoubleDouble upper = Product(a.hi, b.hi);
   return FastSum(upper.hi, upper.lo + (a.hi * b.lo + a.lo * b.hi));

@@ -1,5 +1,6 @@
 #pragma once
-// Obstacles (compiler/world/obstacle.h) in the worlds of other programs.
+// Obstacles (compiler/world/obstacle.h) in the worlds of other programs, whose frames and names are
+// not ours.
 
 #include <functional>
 #include <string>

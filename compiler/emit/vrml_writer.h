@@ -12,13 +12,15 @@
 
 namespace morphbus::emit {
 
-/// Axis and angle, as VRML writes rotations.
+/// Axis and angle (rad), as VRML writes rotations. By the quaternion with w >= 0 (Canonical), so
+/// that the angle is at most pi and equal rotations give equal texts.
 inline std::string Rotation(const Eigen::Matrix3d& R) {
   const Eigen::AngleAxisd turn(Canonical(R));
   return Triple(turn.axis()) + " " + Number(turn.angle());
 }
 
-/// VRML text: nodes with fields and blocks, indented.
+/// VRML text: nodes with fields and blocks, indented by two columns a level. It checks nothing: the
+/// caller opens and closes in pairs, and knows Webots' fields.
 class VrmlWriter {
  public:
   /// A line of its own, such as a field.
@@ -76,6 +78,7 @@ class VrmlWriter {
     return face + "-1 ";
   }
 
+  /// The same of corners (m) and faces as text.
   static std::vector<std::string> FacesOf(const std::vector<Eigen::Vector3d>& corners,
                                           const std::string& faces) {
     std::string points;
@@ -83,6 +86,7 @@ class VrmlWriter {
     return {"coord Coordinate { point [ " + points + " ] }", "coordIndex [ " + faces + "]"};
   }
 
+  /// A Shape with these faces, dull and without metal, whose geometry is called `name`.
   void Faces(const std::string& name, const std::vector<std::string>& faces,
              const Eigen::Vector3d& color) {
     Open("Shape {");
@@ -93,7 +97,7 @@ class VrmlWriter {
   }
 
   std::string text_;
-  size_t depth_ = 0;
+  size_t depth_ = 0;  ///< Levels that are open.
 };
 
 }  // namespace morphbus::emit

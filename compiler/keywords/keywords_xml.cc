@@ -279,6 +279,8 @@ class Reader {
 std::string KeywordsXml(const ModuleKeywords& keywords) {
   pugi::xml_document document;
   xml::Start(&document);
+  // Both the name in M3L and the keyword are written, so that readers need not know how one becomes
+  // the other.
   const pugi::xml_node root = xml::Append(
       document, "module", {{"version", std::to_string(kVersion)}, {"name", keywords.type_name}});
   for (const LinkKeyword& link : keywords.links) Append(root, "link", link);

@@ -12,6 +12,7 @@ namespace morphbus::vm {
 /// Operands are of the types that the verifier has proved.
 inline float FromCell(Cell cell) { return cell.AsFloat(); }
 
+/// A cell that holds a direction or axis holds its number.
 inline Direction DirectionOf(Cell cell) { return static_cast<Direction>(cell.bits); }
 inline Axis AxisIn(Cell cell) { return static_cast<Axis>(cell.bits); }
 

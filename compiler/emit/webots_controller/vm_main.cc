@@ -26,6 +26,8 @@ bool Verify() {
   const vm::VerifyError errors[] = {
       vm::VerifyKinematics(kKinematicsImage, sizeof kKinematicsImage, &kinematics),
       vm::Verifier::Verify(kProgramImage, sizeof kProgramImage, &program)};
+  // Both are looked at before the first is told, so that the program below never sees one without
+  // the other.
   for (const vm::VerifyError& error : errors) {
     if (error.message == nullptr) continue;
     std::fprintf(stderr, "%s: morphbus_images.h is damaged: %s (byte %u)\n", module_name(),
@@ -39,6 +41,7 @@ bool Verify() {
 vm::VmConfig Config() {
   vm::VmConfig config;
   config.module_id = static_cast<uint16_t>(module_id());
+  // Only the root knows its pose from the beginning; the others hear it from their neighbours.
   int link = 0;
   double pose[7] = {0, 0, 0, 1, 0, 0, 0};
   config.is_root = module_is_root(&link, pose) != 0;
@@ -94,6 +97,7 @@ void Act() {
   }
   static unsigned char packet[vm::kMaxPacketBytes];
   static_assert(vm::kMaxPacketBytes <= MODULE_MAX_MESSAGE, "a message must fit into a packet");
+  // One message for all neighbours: each finds in it what concerns itself.
   const int size = vm::WritePacket(output.message, packet);
   for (int c = 0; c < NUM_CONNECTORS; ++c) module_send(c, packet, size);
 }
