@@ -184,7 +184,7 @@ BodySpec MakeBody(std::vector<PlacedLink> links) {
   return body;
 }
 
-// The order of bodies: by place, then mass, then shape, never by who they are.
+// The order of bodies: by place, then mass, then shape, never by the numbers of modules.
 bool BodyLess(const BodySpec& a, const BodySpec& b) {
   const Vector3d p_a = a.X_WB.translation();
   const Vector3d p_b = b.X_WB.translation();

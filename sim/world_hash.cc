@@ -29,8 +29,8 @@ class Hasher {
   std::vector<uint8_t> bytes_;
 };
 
-// What the engine gets of a body: mass, inertia, pose, the hulls and who may not touch whom; not
-// the names of modules.
+// What the engine gets of a body: mass, inertia, pose, the hulls and which bodies may not touch
+// each other; not the names of modules.
 void AddBody(const BodySpec& body, Hasher* hasher) {
   hasher->Add(body.mass_kg);
   hasher->Add(body.inertia_B);

@@ -122,8 +122,8 @@ class Bus {
   virtual void SubscribePrefix(const std::string& prefix, Handler handler) = 0;
 
   /// Receives every channel whose name begins with `prefix` and ends with `suffix`, and wakes for
-  /// none of them: for who will need some and does not know yet which. A bus may deliver none, or
-  /// the first one of each channel once that is subscribed to by its name.
+  /// none of them: for a process that will need some and does not know yet which. A bus may deliver
+  /// none, or the first one of each channel once that is subscribed to by its name.
   virtual void SubscribeQuietly(const std::string& /*prefix*/, const std::string& /*suffix*/,
                                 Handler /*handler*/) {}
 
@@ -134,8 +134,8 @@ class Bus {
   /// filter.
   virtual void BatchSubscriptions(bool /*batch*/) {}
 
-  /// While `any`, every message ends a wait, also one on a channel that otherwise does not: for who
-  /// waits for one that was lost.
+  /// While `any`, every message ends a wait, also one on a channel that otherwise does not: for a
+  /// process that waits for one that was lost.
   virtual void WakeForAny(bool /*any*/) {}
 
   /// Dispatches what has arrived; waits up to `timeout_us` (0: not at all) for the first message

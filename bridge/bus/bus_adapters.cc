@@ -22,7 +22,7 @@ struct BusMux::Impl {
   using Route = std::map<int, Client>;
   using Routes = TextTable<Route>;
 
-  /// What all who want a channel need of it together.
+  /// What all endpoints that want a channel need of it together.
   static Interest Merge(const Route& route) {
     Interest merged = route.begin()->second.interest;
     for (const auto& [number, client] : route) {
@@ -36,7 +36,7 @@ struct BusMux::Impl {
     return merged;
   }
 
-  /// A handler for the shared bus that passes on to all who want `name`.
+  /// A handler for the shared bus that passes on to all that want `name`.
   Bus::Handler Distributor(Routes* routes, const std::string& name) {
     return [routes, name](std::string_view channel, const uint8_t* data, size_t size) {
       const auto found = routes->find(name);

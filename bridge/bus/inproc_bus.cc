@@ -194,7 +194,7 @@ class InprocEndpoint : public Bus {
     }
   }
 
-  /// The hub no longer counts us among those who listen to the channel.
+  /// The hub no longer counts us among those that listen to the channel.
   void StopListening(const std::string& channel) {
     const auto found = hub_->listeners_.find(channel);
     std::erase_if(found->second, [this](const auto& l) { return l.endpoint == this; });
@@ -209,7 +209,7 @@ class InprocEndpoint : public Bus {
     });
   }
 
-  /// The hub no longer counts us among those who listen quietly.
+  /// The hub no longer counts us among those that listen quietly.
   void DropPattern() {
     const Subscriptions::Pattern& pattern = subscriptions_.pattern();
     if (!pattern.prefix.empty()) hub_->DropPattern(pattern.prefix, pattern.suffix);

@@ -61,8 +61,9 @@ class InprocHub {
     Interest interest;
     const Subscriptions::Exact* subscription;
   };
-  // Who listens to a channel by its name; and who to many channels, by how their names begin or
-  // end. So a message costs what its receivers cost, however many others there are.
+  // The endpoints that listen to a channel by its name; and those that listen to many channels, by
+  // how their names begin or end. So a message costs what its receivers cost, however many others
+  // there are.
   std::unordered_map<std::string, std::vector<Listener>> listeners_;
   std::vector<InprocEndpoint*> broad_listeners_;
   /// Channels that endpoints listen to quietly by how they begin and end, with how many do, and the
@@ -71,12 +72,12 @@ class InprocHub {
   /// yet have one message of each other in common, and not a million.
   std::map<std::pair<std::string, std::string>, int> patterns_;
   std::unordered_map<std::string, Message*> early_;
-  /// Keeps a message for those who may subscribe to its channel.
+  /// Keeps a message for endpoints that may subscribe to its channel.
   void KeepEarly(Message* message);
   /// An endpoint no longer listens to these.
   void DropPattern(const std::string& prefix, const std::string& suffix);
-  /// Counts the changes of who listens to what; what an endpoint has looked up before one of them
-  /// is looked up again.
+  /// Counts the changes of what endpoints listen to; what an endpoint has looked up before one of
+  /// them is looked up again.
   int64_t num_changes_ = 0;
 };
 

@@ -5,9 +5,10 @@
 // that socket sees it. With a hundred processes nearly all of a run's time goes into copies that
 // are dropped. A group's members can name the senders that they listen to, though, which the kernel
 // looks at before it copies (RFC 3376, section 3.2: INCLUDE). On a loopback all of 127.0.0.0/8 is
-// ours, so the address that a message comes from is chosen by its channel, and who needs few
-// channels listens to their addresses, and to those that other programs on this machine send from.
-// Others see no difference: a member that names no senders, as LCM's own tools, gets everything.
+// ours, so the address that a message comes from is chosen by its channel, and a process that needs
+// few channels listens to their addresses, and to those that other programs on this machine send
+// from. Others see no difference: a member that names no senders, as LCM's own tools, gets
+// everything.
 
 #include <netinet/in.h>
 

@@ -60,7 +60,7 @@ class Search {
   /// Goes on from the end of Match to another way to match the same steps.
   bool Next();
 
-  // For who takes the steps by hand:
+  // For a caller that takes the steps by hand:
 
   /// What the joint of the next step may be matched with, as far as can be seen at once: those of
   /// the modules first by name come first.

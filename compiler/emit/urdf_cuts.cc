@@ -97,7 +97,8 @@ void AppendGazeboJoints(const RobotTree& tree, const std::vector<CarryingLink>& 
 }
 
 std::string CutsJson(const RobotTree& tree) {
-  // What another program needs to close the loops again: who, where, and what kind of joint.
+  // What another program needs to close the loops again: which links, where, and by what kind of
+  // joint.
   Json cuts = Json::array();
   for (const TreeLoop& loop : tree.loops) {
     Json cut{{"name", loop.name},

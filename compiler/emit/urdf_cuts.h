@@ -1,6 +1,6 @@
 #pragma once
-// What a URDF file cannot hold of a robot's loops, for those who can: Gazebo, which takes joints of
-// SDF in <gazebo> elements, and any other program, by a file beside the URDF.
+// What a URDF file cannot hold of a robot's loops, for programs that can: Gazebo, which takes
+// joints of SDF in <gazebo> elements, and any other program, by a file beside the URDF.
 
 #include <pugixml.hpp>
 #include <string>

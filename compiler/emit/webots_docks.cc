@@ -82,7 +82,7 @@ DockFace FaceOf(const model::ModuleType& type, const model::Connector& connector
 }
 
 /// The graph of which connectors can dock, over all module types: a vertex a connector of a type,
-/// an edge a numbered way of docking. It finds which connectors pair up, and who of a pair is
+/// an edge a numbered way of docking. It finds which connectors pair up, and which of a pair is
 /// active.
 class ConnectorPairing {
  public:

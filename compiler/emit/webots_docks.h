@@ -16,7 +16,7 @@ struct DockFace {
   /// Frame C in the link's frame: x out of the module, z a docking direction (m).
   model::Pose X_LC = model::Pose::Identity();
   int rotations = 1;                    ///< Ways to dock in a full turn, equally far apart; 0: any.
-  std::string_view type = "symmetric";  ///< Or "active", "passive": who locks.
+  std::string_view type = "symmetric";  ///< Or "active", "passive": which one locks.
   std::string model;                    ///< Connectors of one model may dock.
 };
 

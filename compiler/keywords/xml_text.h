@@ -1,5 +1,5 @@
 #pragma once
-// The little that all who write XML share: the keywords and the back ends.
+// The little that all writers of XML share: the keywords and the back ends.
 
 #include <initializer_list>
 #include <pugixml.hpp>

@@ -102,7 +102,8 @@ std::optional<int> FindModuleType(const std::string& name, const source::Span& s
 
 namespace {
 
-/// c7 and c1, m3 and m10: who numbers names does not mistype the number, but takes one too many.
+/// c7 and c1, m3 and m10: in names with numbers the number is not mistyped; it is one too many,
+/// rather.
 bool DifferInNumbersOnly(std::string a, std::string b) {
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   std::erase_if(a, is_digit);

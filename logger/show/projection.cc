@@ -142,7 +142,7 @@ void RemoveHidden(std::vector<PaintedHull>* hulls) {
 int SideOf(const PaintedHull& a, const PaintedHull& b) {
   constexpr double kTouch = 1e-3;  // Hulls of mated modules touch; blunt tips overlap a little.
   for (size_t f = 0; f < a.normals.size(); ++f) {
-    if (std::abs(a.normals[f].z()) < 1e-3) continue;  // Edge on: says nothing of who covers whom.
+    if (std::abs(a.normals[f].z()) < 1e-3) continue;  // Edge on: says nothing of what covers what.
     // A plane with all of b's corners outside has all of b outside, since b is convex.
     const bool outside = std::all_of(b.corners.begin(), b.corners.end(), [&](const auto& p) {
       return a.normals[f].dot(p) >= a.offsets[f] - kTouch;

@@ -1,5 +1,5 @@
 #pragma once
-// Bars over sim time as inline SVG: who had which role when, which foot stood when.
+// Bars over sim time as inline SVG: which module had which role when, which foot stood when.
 
 #include <string>
 #include <vector>

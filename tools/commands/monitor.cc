@@ -174,8 +174,8 @@ bridge::Catalogue CatalogueOf(const Sources& sources, const std::string& session
   return catalogue;
 }
 
-/// Hands a client's request to the source that its name begins with; who came or went is told to
-/// all.
+/// Hands a client's request to the source that its name begins with; that a client came or went is
+/// told to all.
 void Route(const bridge::ClientRequest& request, const Sources& sources, bridge::SessionHub* hub) {
   using Kind = bridge::ClientRequest::Kind;
   const bool to_all = request.kind == Kind::kConnected || request.kind == Kind::kDisconnected;

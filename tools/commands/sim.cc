@@ -23,7 +23,7 @@
 namespace morphbus::tools {
 namespace {
 /// Seconds that a run which is told to stop before it began gets to begin, so that its log has a
-/// whole tick; who has not joined by then may never do so.
+/// whole tick; a process that has not joined by then may never do so.
 constexpr double kBeginSeconds = 1;
 /// Seconds without a further HELLO after which the launcher's sim ends before it began.
 constexpr int64_t kJoinS = 15;

@@ -1,6 +1,6 @@
 #pragma once
 // Which variables have a value at an instruction, as the verifier has found. Host side only, for
-// who shows them to people.
+// tools that show them to people.
 
 #include <cstdint>
 

@@ -8,10 +8,10 @@
 
 namespace morphbus::vm {
 
-/// Who speaks on a connector's link, by the frames that come there.
+/// The module that speaks on a connector's link, by the frames that come there.
 struct LinkedNeighbour {
   bool heard = false;        ///< Whether there ever was one. The others are those of the last.
-  uint16_t module = 0;       ///< VmConfig::module_id of who speaks.
+  uint16_t module = 0;       ///< Its VmConfig::module_id.
   uint8_t connector = 0;     ///< Its connector, by number in its type.
   int64_t silent_ticks = 0;  ///< How many ticks have begun since its last frame.
 };
@@ -49,8 +49,8 @@ class Firmware {
            const VerifiedProgram& program, VmState* state, Hardware* hardware,
            PackageStore* packages = nullptr);
 
-  /// Says on all links who is there. Not needed, but a neighbour is then known before the first
-  /// tick.
+  /// Says on all links which module is here. Not needed, but a neighbour is then known before the
+  /// first tick.
   void Greet() { SendAll(0); }
   /// Takes in what has come on the links. To be called so often that their buffers do not overflow.
   void Listen();
@@ -93,7 +93,8 @@ class Firmware {
   TickOutput output_;
   /// The newest tick that any neighbour spoke of.
   int64_t heard_tick_ = -1;
-  // By connector: who is there, what has come of a frame; the messages that input_ points to.
+  // By connector: which module is there, what has come of a frame; the messages that input_ points
+  // to.
   LinkedNeighbour neighbours_[kMaxConnectors];
   FrameReader readers_[kMaxConnectors];
   MessagePool pool_;

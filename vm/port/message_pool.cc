@@ -5,7 +5,7 @@
 namespace morphbus::vm {
 
 NeighbourMessage* MessagePool::RoomFor(int connector, TickInput* input) {
-  // That of the one behind this connector, who has said something newer.
+  // That of the module behind this connector, which has said something newer.
   if (input->messages[connector] != nullptr) {
     return &messages_[input->messages[connector] - messages_];
   }

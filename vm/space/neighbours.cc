@@ -126,7 +126,7 @@ void UpdateNeighbours(Context& context, const TickInput& input, Inbox* inbox) {
       neighbour = NewNeighbour(context, c, reading);
       inbox->changed |= 1u << c;
     }
-    // A message counts only if the sensor agrees about who is docked.
+    // A message counts only if the sensor agrees about which module is docked.
     const NeighbourMessage* message = input.messages[c];
     if (!neighbour.sensor.docked || message == nullptr || !IsUsable(context, neighbour, *message))
       continue;

@@ -119,7 +119,7 @@ class ProgramRelay {
   void Begin(const PackageName& name);
   void OnNews(const ProgramNews& news, int64_t tick);
   void TakePiece(const ProgramFragment& piece);
-  /// Takes note of who wants what of the newest package.
+  /// Takes note of what a neighbour wants of the newest package.
   void OnWish(const ProgramNews& news);
   /// The newest package that this module can hand on.
   [[nodiscard]] const PackageName& Newest() const {
