@@ -134,6 +134,7 @@ EngineJoint MakeJoint(const JointSpec& spec, btRigidBody* body_1, btRigidBody* b
   } else {
     joint.hinge = MakeHinge(spec, joint);
   }
+  // The engine fills it in at every step, and only if it was asked to.
   joint.feedback = std::make_unique<btJointFeedback>();
   ConstraintOf(joint)->setJointFeedback(joint.feedback.get());
   return joint;

@@ -48,6 +48,7 @@ class SymmetryCounter {
     int64_t size = 1;
     for (const int image : search_.Images()) {
       const auto together = [&](int other) { return orbits_.Find(other) == orbits_.Find(image); };
+      // Bodies of one orbit are all in reach of the seed, or none is: one attempt for each orbit.
       if (together(seed) || std::any_of(out_of_reach.begin(), out_of_reach.end(), together)) {
         continue;
       }

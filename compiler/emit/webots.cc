@@ -334,6 +334,7 @@ class WebotsWriter {
     const TreeJoint& joint = tree.joints[index];
     const double start = robot_.modules[m].start[index];
     const bool slides = joint.type == JointType::kPrismatic;
+    // Webots refuses a file with limits that it cannot take; WarnOfLimits says which were left out.
     const bool limited =
         joint.type != JointType::kContinuous && LimitsFit(joint.lower, joint.upper);
     vrml_.Open(slides ? "SliderJoint {" : "HingeJoint {");
@@ -347,6 +348,7 @@ class WebotsWriter {
     const std::string upper = Number(joint.upper);
     if (limited) motor.insert(motor.end(), {"minPosition " + lower, "maxPosition " + upper});
     if (limited && StopsFit(joint.type, joint.lower, joint.upper)) {
+      // Limits bind the motor, stops the joint itself.
       parameters.insert(parameters.end(), {"minStop " + lower, "maxStop " + upper});
     }
     vrml_.Block(slides ? "jointParameters JointParameters" : "jointParameters HingeJointParameters",

@@ -150,7 +150,7 @@ class ConnectorPairing {
     };
     const std::string name =
         model_.module_types[part.front().type].name + "." + connector(part.front()).name;
-    // Who has something to set, such as hooks, is the one that locks.
+    // The end that has something to set, such as hooks, is the one that locks.
     const auto settable = std::ranges::find_if(
         part, [&](const DockEnd& end) { return !connector(end).states.empty(); });
     const int active = side_[settable == part.end() ? part.front() : *settable];
@@ -197,10 +197,13 @@ std::string FirstLoose(const model::Model& model, const DockFaces& faces, int s,
     const model::Pose X_CD = MateFace(faces, way);
     if (way.mate.type != t || !LooksBack(X_CD, tolerance)) continue;
     const long parts = std::lround(RollOf(X_CD) * kParts / (2.0 * EIGEN_PI));
+    // Rolls that rounding parts are one: to a hundredth of a degree.
     rolls[{way.own.connector, way.mate.connector}].insert((parts + kParts) % kParts);
   }
   for (int c = 0; c < std::ssize(faces[s]); ++c) {
     for (int d = 0; d < std::ssize(faces[t]); ++d) {
+      // Webots lets two faces dock in as many rolls as numberOfRotations says, 0 standing for all,
+      // whatever the model's ways are.
       const int rotations = faces[s][c].rotations;
       const int count = static_cast<int>(rolls[{c, d}].size());
       if (!MayDock(faces[s][c], faces[t][d]) || count == rotations) continue;

@@ -379,6 +379,8 @@ class ConditionChecker {
   void WarnOfSlips(solver::Side side, const Expr& expr) {
     const std::string& key = expr.path[1].text;
     const CheckedModule& module = *MemberOf(side).module;
+    // A condition may name one key several times, and both members may be of one type: looked for
+    // once.
     if (!looked_for_slips_.emplace(&module, key).second) return;
     const std::map<std::string, int>& uses = UsesOfKeys(module);
     for (const model::Connector& connector : module.type.connectors) {
@@ -431,6 +433,7 @@ void CollectFrom(const Expr& expr, ConditionScope& scope) {
   for (ConditionScope::Member& m : scope.members) {
     if (m.name.text == expr.path[0].text) member = &m;
   }
+  // Only `MEMBER.point NAME` binds: the connector of one of the two members.
   if (member == nullptr || expr.path.size() != 2 || expr.path[1].text != "point") {
     scope.diagnostics.Error(expr.span, "expected a connector of a member to name")
         .Hint(fmt::format("write {}.point {}", scope.members[0].name.text, expr.bound.text));

@@ -347,6 +347,7 @@ void MotionGatherer::NoteContacts(const std::vector<bridge::LinkPose>& X_WB) {
 }
 
 RobotMotion MotionGatherer::Gather() {
+  // Joints first: their rows are by tick, whatever the order of messages.
   for (const ModuleSeries& module : log_.modules) {
     for (const ActuatorSample& sample : module.actuators) TakeCommands(module, sample);
     for (const SensorSample& sample : module.sensors) TakeSensed(module, sample);
@@ -355,6 +356,7 @@ RobotMotion MotionGatherer::Gather() {
     Place(world);
     NoteLoads(world.contacts);
   }
+  // The map has them by module and link; the sums become means now that all ticks are known.
   for (auto& [who, load] : loads_) {
     std::tie(load.module, load.link) = who;
     load.name = NameOfLink(load.module, load.link);
@@ -367,6 +369,7 @@ RobotMotion MotionGatherer::Gather() {
       FillIn(row);
     }
   }
+  // Contacts were found in the order in which links first touched the ground.
   std::sort(motion_.contacts.begin(), motion_.contacts.end(), [](const auto& a, const auto& b) {
     return std::pair(a.module, a.link) < std::pair(b.module, b.link);
   });

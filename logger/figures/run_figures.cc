@@ -248,8 +248,8 @@ RobotSample SampleAt(const std::vector<RobotSample>& track, int64_t time_us) {
 
 double TurnBetween(const RobotSample& a, const RobotSample& b) {
   // The twist of a rotation about y is the part (w, y) of its quaternion, scaled to length 1
-  // (swing-twist decomposition); its angle is brought to the half-open range of one turn around 0.
-  // Positive about y is from north (x) to west (-z).
+  // (swing-twist decomposition); its angle is brought to within half a turn of 0. Positive about y
+  // is from north (x) to west (-z).
   const Eigen::Quaterniond turn = b.q_WT * a.q_WT.conjugate();
   return std::remainder(2.0 * std::atan2(turn.y(), turn.w()), 2.0 * EIGEN_PI);
 }
@@ -276,6 +276,8 @@ RunFigures FiguresOf(const RunLog& log) {
       MeasureEffort(motion, energy, &gait);
     }
   }
+  // What follows needs places, and so a simulated world. Heights count from the gait on, since
+  // getting up is low.
   if (!motion.track.empty()) {
     MeasureRun(motion.track,
                figures.gait ? figures.gait->times_us.front() : motion.track.front().time_us,

@@ -150,6 +150,7 @@ void DrawMarks(const Frame& f, const PlotOptions& options, std::string* svg) {
     *svg +=
         fmt::format("<path class='mark' d='M{:.1f} {:.1f}V{:.1f}'/>", x, f.top, f.top + f.height);
     const double width = kLetterWidth * static_cast<double>(mark.name.size());
+    // Behind the line unless the name would leave the frame there and has room before it.
     const bool left = x + kGap + width > f.left + f.width && x - kGap - width > f.left;
     const double begin = left ? x - kGap - width : x + kGap;
     // The first line in which there is room; where there is none, the dashed line must do.

@@ -97,6 +97,7 @@ void ReadShared(const Context& context, const NeighbourMessage& message,
   if (says || neighbour->role < 0) neighbour->shared_role = -1;
   if (!says) return;
   const RoleInfo role = program.role(message.role);
+  // As many values as the role has shared fields, or the message is of another layout.
   if (message.num_shared != __builtin_popcount(role.shared_fields())) return;
   // Messages may say anything; what is no value of its type is not believed.
   int told = 0;

@@ -34,6 +34,7 @@ void FollowClock(int64_t ahead, PoseState* pose) {
     pose->clock_doubts = 0;
     pose->clock_doubted = ahead;
   }
+  // Of all doubts the one that is nearest to what was believed.
   if (above ? ahead < pose->clock_doubted : ahead > pose->clock_doubted) {
     pose->clock_doubted = ahead;
   }
@@ -61,6 +62,8 @@ void Accept(Context& context, int c, const NeighbourMessage& message, int neighb
   pose.sequence = message.root_sequence;
   pose.hops = static_cast<uint16_t>(message.hops + 1);
   pose.accepted_tick = context.state.tick;
+  // The neighbour's link in R, times how our docked link lies in it, is our link in R; the others
+  // follow by FollowJoints.
   pose.entry_link = context.kinematics.connector(c).link;
   pose.X_RE = Compose(message.X_RL[neighbour_link], Inverse(neighbour.X_LK));
 }
@@ -109,6 +112,7 @@ void SetAsRoot(Context& context, const TickInput& input) {
   pose.has = true;
   pose.root = context.config.module_id;
   pose.root_incarnation = context.config.incarnation;
+  // The sequence is the root's tick, by which poses are told apart by age everywhere.
   pose.sequence = context.state.tick;
   pose.hops = 0;
   pose.clock_ahead = 0;

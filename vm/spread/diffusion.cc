@@ -142,7 +142,10 @@ void MendGaps(Context& context, const Inbox& inbox) {
       for (int a = 0; a < message->num_acks; ++a) {
         const InvocationAck& ack = message->acks[a];
         if (ack.origin != origin.module || ack.origin_incarnation != origin.incarnation) continue;
+        // A gap: the neighbour has more than we do, and what it still keeps begins behind the next
+        // one.
         if (ack.id <= origin.have || ack.floor <= origin.have + 1) continue;
+        // Of several offers the one that skips least.
         if (lowest == 0 || ack.floor < lowest) lowest = ack.floor;
       }
     }
@@ -187,6 +190,8 @@ void RelieveJam(Context& context) {
   d.full_since_tick = -1;
   Fault fault{
       .code = FaultCode::kInvocationGivenUp, .measured = kSilentTicks, .limit = kMaxInvocations};
+  // Kept ones are in the order in which they came. The command is named only if it is of our own
+  // program.
   const Invocation& oldest = d.kept[0].invocation;
   if (oldest.program_hash == context.program.hash()) {
     fault.function = CommandFunction(context.program, oldest.role, oldest.command);

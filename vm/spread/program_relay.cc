@@ -86,6 +86,7 @@ void ProgramRelay::Begin(const PackageName& name) {
 // A neighbour has something newer than what we run, collect, hold or have refused: it is collected.
 void ProgramRelay::OnNews(const ProgramNews& news, int64_t tick) {
   for (int i = 0; i < 2; ++i) {
+    // What a neighbour has and what it asks for: both are versions that exist somewhere.
     const uint32_t version = i == 0 ? news.version : news.want_version;
     if (version > state_.newest_heard && version <= kHighestVersion) state_.newest_heard = version;
   }
@@ -100,6 +101,7 @@ void ProgramRelay::OnNews(const ProgramNews& news, int64_t tick) {
       !IsNewer(news.version, news.hash, state_.incoming) || store_.capacity() == 0) {
     return;
   }
+  // What was collected before is older than this, and is given up for it.
   Begin({.version = news.version, .size = 0, .id = news.hash});
   state_.offered_tick = tick;
 }
@@ -121,6 +123,7 @@ void ProgramRelay::TakePiece(const ProgramFragment& piece) {
   if (piece.image_size > store_.capacity()) return Refuse();
   incoming.size = piece.image_size;
   const uint32_t end = piece.offset + piece.size;
+  // A piece that leaves a gap is of no use yet, and one that brings nothing new none any more.
   if (piece.offset > state_.have || end <= state_.have) return;
   const int place = incoming_place();
   const bool kept = store_.Write(place, state_.have, piece.bytes + (state_.have - piece.offset),
