@@ -120,7 +120,7 @@ void World::Engine::AddObstacle(const world::Obstacle& obstacle, double ground_f
   const bool own = obstacle.friction && ground_friction > 0.0;
   body->setFriction(own ? *obstacle.friction / ground_friction : ground_friction);
   body->setUserIndex(-1);
-  // Overlaps are named by it (FindOverlaps).
+  // By this number FindOverlaps names the obstacle.
   body->setUserIndex2(static_cast<int>(obstacles.size()));
   dynamics.addRigidBody(body.get());
   obstacles.push_back(std::move(body));
@@ -137,9 +137,9 @@ btCollisionShape* World::Engine::MakeShape(const BodySpec& spec) {
       hull->setMargin(kCollisionMargin);
       for (const Vector3d& corner : part) hull->addPoint(ToBullet(corner), false);
       hull->recalcLocalAabb();
-      // PartsMayCollide asks for this.
+      // The module's number, by which PartsMayCollide and rays pass over its own links.
       hull->setUserIndex(link.group);
-      // Contacts are found again by it (Touches).
+      // By this number, the link's in its body, Touches tells whose part a contact is of.
       hull->setUserIndex2(static_cast<int>(l));
       parts.push_back(Keep(std::move(hull)));
     }

@@ -175,9 +175,9 @@ void AppendSet(const NameSet& set, std::vector<sock_filter>* program) {
     steps.push_back(BPF_STMT(BPF_LD | BPF_IMM, set.words[i]));
     steps.push_back(Jump(left + 1));
   }
-  // No name of this word is in.
+  // None of the set's words is the hash's: no such name is in the set.
   steps.push_back(Return(0));
-  // The word's bit decides.
+  // The word is in the accumulator; its bit decides that the hash's next five bits name.
   steps.push_back(BPF_STMT(BPF_ST, 0));
   steps.push_back(BPF_STMT(BPF_MISC | BPF_TXA, 0));
   steps.push_back(Compute(BPF_RSH, kBitShift));

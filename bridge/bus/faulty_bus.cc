@@ -147,7 +147,7 @@ void FaultyBus::Deliver(const Delayed& message) {
   // What has no subscriber any more is not counted, so that a receiver's bad messages can be
   // compared with this.
   injected_.corrupted += message.damaged ? 1 : 0;
-  // Kept alive: it may replace itself.
+  // The handler is kept alive while it runs: it may replace its own subscription.
   const std::shared_ptr<Handler> handler = found->second;
   (*handler)(message.channel, message.bytes.data(), message.bytes.size());
 }

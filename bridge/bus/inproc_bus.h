@@ -25,7 +25,7 @@ class InprocHub {
   InprocHub();
   /// All endpoints must be gone by now.
   ~InprocHub();
-  // The endpoints point here.
+  // Endpoints point to their hub, which must not move.
   InprocHub(const InprocHub&) = delete;
   InprocHub& operator=(const InprocHub&) = delete;
 

@@ -87,7 +87,7 @@ class SendingBus : public Bus {
     if (!held_) Changed();
   }
 
-  // Changes wait, and there is one.
+  // Whether changes wait for the end of a batch, and whether one waits.
   bool held_ = false, changed_ = false;
 };
 

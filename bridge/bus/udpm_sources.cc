@@ -18,7 +18,7 @@ std::vector<in_addr> OtherSources() {
     // The kernel's general address is one of IPv4 here, at no sure alignment.
     sockaddr_in address = {};
     std::memcpy(&address, i->ifa_addr, sizeof address);
-    // It takes no address twice.
+    // Interfaces may share an address, which is listed once.
     const bool known = std::any_of(sources.begin(), sources.end(), [&](const in_addr& source) {
       return source.s_addr == address.sin_addr.s_addr;
     });

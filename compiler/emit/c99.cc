@@ -271,7 +271,7 @@ Exported ModuleToC(const model::Model& model, int type, uint64_t model_hash,
   const RobotTree tree = TreeOf(model, ModuleAsRobot(model, type));
   const std::string prefix = CModulePrefix(tree.name);
   const Result<CTables> tables = TablesInC(model, type, model_hash, prefix, stem);
-  // What no image can hold still has kinematics.
+  // A module type that fits no image still has forward kinematics.
   if (tables) return Writer(tree, stem, prefix, *tables).Write();
   Exported exported = ToC(tree, stem);
   exported.warnings.push_back(

@@ -72,7 +72,7 @@ class Writer {
     return fmt::format("\nstatic const MORPHBUS_FLASH {} {} = {{\n{}}};\n", type, name, rows);
   }
 
-  // A link is its name.
+  // The tables hold nothing of a link but its name; shapes and masses stay with the compiler.
   std::string Links() {
     std::string rows;
     for (int i = 0; i < kinematics_.num_links(); ++i) {

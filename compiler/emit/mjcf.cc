@@ -59,7 +59,7 @@ class MjcfBodies {
     bodies_.reserve(tree.links.size() + tree.loops.size());
     for (size_t i = 0; i < tree.links.size(); ++i) {
       const TreeLink& link = tree.links[i];
-      // A body a link, with its mass and its mesh.
+      // One body for each link, with its mass and its mesh.
       const Body& body = AppendBody(link.parent, link.name, link.joint, link.X_PL);
       AppendMass(body.node, link, 1.0 / bodies_of[i]);
       const std::vector<std::string> meshes = MeshNames(model_, link);
@@ -288,7 +288,7 @@ class MjcfWriter {
     constexpr size_t kMost = 2000;  // MuJoCo's memory grows by this times the joints.
     constexpr size_t kRowsOfAContact = 4;
     const size_t contacts = std::min(per_link * tree_.links.size(), kMost);
-    // What MuJoCo provides by itself is enough.
+    // Up to its default MuJoCo has enough room by itself.
     if (contacts <= kDefault) return;
     const size_t rows = kRowsOfAContact * contacts + kOtherRowsPerLink * tree_.links.size();
     xml::Append(root_, "size",

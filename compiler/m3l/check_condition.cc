@@ -350,7 +350,7 @@ class ConditionChecker {
     if (name == "true" || name == "false") return Constant(name == "true", expr);
     const std::optional<CheckedOperand> operand = CheckOperand(expr);
     if (!operand) return std::nullopt;
-    // Only a flag says something by itself.
+    // A flag alone is a condition; a literal, or an attribute of another type, says nothing yet.
     if (!std::holds_alternative<bool>(operand->sample) ||
         std::holds_alternative<model::AttributeValue>(operand->operand)) {
       return scope_.diagnostics.Error(expr.span, "expected a condition")

@@ -64,7 +64,7 @@ std::vector<Overlap> OverlapsOf(const LinkHulls& links_a, const LinkHulls& links
       if (depth > tolerance) overlaps.push_back({static_cast<int>(i), static_cast<int>(j), depth});
     }
   }
-  // The deepest says most.
+  // The deepest overlap says most, and comes first.
   std::stable_sort(overlaps.begin(), overlaps.end(),
                    [](const Overlap& l, const Overlap& r) { return l.depth_m > r.depth_m; });
   return overlaps;

@@ -233,7 +233,7 @@ class MotionChecker {
         {docking.connection_type, docking.option, std::move(held), kind.locked_a, kind.locked_b},
         static_cast<int>(kinds_.size()));
     if (!fresh) return it->second;
-    // The rest is filled in once a kind.
+    // What does not tell kinds apart is filled in once for each kind.
     kind.links_a = &LinksOf(robot_.modules[docking.module_a].type);
     kind.links_b = &LinksOf(robot_.modules[docking.module_b].type);
     kind.X_AB = model_.OptionOf(docking).X_AB;

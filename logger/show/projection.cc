@@ -157,7 +157,7 @@ bool Behind(const PaintedHull& a, const PaintedHull& b) {
   // A separating plane of either hull decides; without one, the mean depth is the best guess.
   if (const int side = SideOf(a, b); side != 0) return side > 0;
   if (const int side = SideOf(b, a); side != 0) return side < 0;
-  // On a surface stands what meets it.
+  // A hull that meets a surface stands on it, and is painted over it.
   if (a.is_surface != b.is_surface) return a.is_surface;
   return a.depth < b.depth;
 }

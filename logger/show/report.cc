@@ -448,7 +448,7 @@ class Page {
 }  // namespace
 
 std::string ReportHtml(const RunLog& a, const RunLog& b, const Comparison& comparison) {
-  // Aligned runs are shown over one time.
+  // Aligned runs are shown over one time line, that of A.
   return Page(a, comparison.aligned_b ? *comparison.aligned_b : b, comparison).Build();
 }
 

@@ -430,7 +430,7 @@ class RunPage {
   /// The figures that are shown above, to the last digit.
   void FiguresForScripts() {
     html_ += "<script type='application/json' id='figures'>";
-    // No name in it may end the element.
+    // A name with "</script>" in it must not end the element.
     for (const char c :
          FiguresJson(figures_).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace)) {
       html_ += c == '<' ? std::string("\\u003c") : std::string(1, c);

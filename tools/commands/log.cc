@@ -159,7 +159,7 @@ int Log(const LogOptions& options) {
   // Told to stop by the launcher, which says itself what went wrong: closing the log was the task.
   if (!interrupted.empty() && options.control_fd >= 0) return kDone;
   if (summary->complete) return kDone;
-  // The launcher says it, once, and names the log.
+  // Under a launcher the launcher prints the reason, once, and names the log.
   return options.control_fd >= 0 ? kFailed : Failed(summary->path + ": " + summary->reason);
 }
 

@@ -135,7 +135,7 @@ int RunAgain(const ReplayInto& options) {
     // no steps.
     visitors.step = [&](const logger::ComputedStep& step) { breaks.Take(step); };
   }
-  // A run that cannot be judged is of no use.
+  // Without the module's image the log gives no answer.
   const Result<logger::RerunSummary> done = logger::RerunModule(*log, *module, visitors);
   if (!done) return Unusable(options.log + ": " + done.error().message);
   if (done->ticks == 0) {

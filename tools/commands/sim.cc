@@ -176,7 +176,7 @@ int Simulate(const SimCommandOptions& options) {
           outcome.run_hash, outcome.reason);
   }
   if (outcome.ok) return kDone;
-  // The launcher says it, once.
+  // Under a launcher the launcher prints the error, once for all processes.
   return by_hand ? Failed(outcome.error) : kFailed;
 }
 

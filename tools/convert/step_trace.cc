@@ -35,7 +35,7 @@ Json OperandsOf(const logger::ComputedStep& step, const vm::Frame& frame) {
     if (type == vm::ValueType::kVoid) return Json::array();
     types.push_back(type);
   }
-  // They are the topmost values.
+  // The operands are the topmost values of the stack, the first one lowest.
   const vm::Cell* cell = step.task.stack.cells + step.task.stack.top - types.size();
   Json operands = Json::array();
   for (const vm::ValueType type : types) {
