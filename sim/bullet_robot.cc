@@ -61,6 +61,8 @@ BodyState InheritedState(const World& old_world, const BodySpec& body) {
     const Eigen::Vector3d r_W =
         body.X_WB * link.p_BoLcm_B - Eigen::Vector3d(old.X_WB.translation());
     const double share = link.mass_kg / body.mass_kg;
+    // Bo is the body's centre of mass, so that this sum keeps the links' momentum. Their angular
+    // momentum is kept only where all turned alike: the rate below is a mean.
     state.v_WBo_W += share * (old.v_WBo_W + old.w_WB_W.cross(r_W));
     state.w_WB_W += share * old.w_WB_W;
   }
@@ -88,12 +90,14 @@ Result<std::unique_ptr<BulletRobot>> BulletRobot::Create(std::shared_ptr<const m
   if (!(options.world.friction >= 0.0 && options.world.friction <= 10.0)) {
     return Fail("friction must lie between 0 and 10");
   }
+  // Messages name a module by a number of 16 bits with a sign.
   if (found->modules.empty() || found->modules.size() > 32767) {
     return Fail("a simulated robot has 1 to 32767 modules");
   }
   if (Result<void> bearable = CheckShapes(*model, *found); !bearable) {
     return Fail(bearable.error().message);
   }
+  // How far a body reaches from its centre of mass is known only once there are bodies.
   std::unique_ptr<BulletRobot> made(new BulletRobot(std::move(model), *found, options));
   if (Result<void> bearable = CheckReach(*made->model_, *found, made->world_->rigid_bodies());
       !bearable) {
@@ -342,6 +346,7 @@ void BulletRobot::Rebuild() {
   for (size_t j = 0; j < rigid_bodies.joints.size(); ++j) {
     // Canonical angles may have a new start and sign; the module's own value is what goes on.
     const JointSpec& spec = rigid_bodies.joints[j];
+    // Each joint is in the old world too: the joints are those of the modules, whatever is docked.
     const int old_joint = old.joint_of[spec.module][spec.joint];
     const double q = ModuleValue(old.joints[old_joint], world_->set_point(old_joint));
     next->set_set_point(static_cast<int>(j), Theta(spec, q));

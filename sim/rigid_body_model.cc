@@ -341,7 +341,9 @@ JointSpec MakeJoint(const RigidBodyModel& rigid_bodies, const model::ModuleType&
   // reversed sign.
   const double low = spec.sign > 0.0 ? joint.lower - start : start - joint.upper;
   const double high = spec.sign > 0.0 ? joint.upper - start : start - joint.lower;
-  // A start value a hair outside the limits (rounding, 1e-4 rad at most) widens them.
+  // A start value outside the limits widens them: by 1e-4 (rad or m) at most at a run's start,
+  // where M3L allows as much for rounding; by as much as the joint is beyond them where a docking
+  // makes the world anew.
   spec.lower = std::min(0.0, RoundTo(low, kAngleGrid));
   spec.upper = std::max(0.0, RoundTo(high, kAngleGrid));
   spec.speed = RoundTo(joint.speed, kAngleGrid);

@@ -13,6 +13,7 @@ Result<std::unique_ptr<StillRobot>> StillRobot::Create(std::shared_ptr<const mod
                                                        int physics_step_us) {
   const model::Robot* found = model->FindRobot(robot);
   if (found == nullptr) return Fail("the model has no robot named " + robot);
+  // No physics has to bear the step, so that it may be of any length.
   if (physics_step_us < 1 || tick_us < physics_step_us || tick_us % physics_step_us != 0) {
     return Fail("the control tick must be a multiple of the physics step");
   }

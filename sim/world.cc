@@ -132,6 +132,7 @@ std::string World::hash() const {
                             options_.servo_gain_per_s};
   for (const double number : numbers) {
     // Adding 0.0 makes 0 of -0, whose bits differ though the engine computes alike with both.
+    // The factor is 2^64 divided by the golden ratio, as in Knuth's multiplicative hashing.
     hash = hash * 0x9E3779B97F4A7C15ULL + std::bit_cast<uint64_t>(number + 0.0);
   }
   // A world without obstacles keeps the hash that it had before there were any.

@@ -249,7 +249,7 @@ class WebotsWriter {
     vrml_.Line(fmt::format("name \"{}\"", name));
     vrml_.Line(fmt::format("model \"{}\"", face.model));
     vrml_.Line(fmt::format("type \"{}\"", face.type));
-    // Who is passive cannot lock, and is held by the active one.
+    // A passive connector cannot lock; the active one holds it.
     if (docked && face.type != "passive") vrml_.Line("isLocked TRUE");
     vrml_.Line("distanceTolerance " + Number(scale_.reach));
     vrml_.Line(fmt::format("numberOfRotations {}", face.rotations));

@@ -84,6 +84,7 @@ class JointChecker {
     if (!limits) return;
     // Slides are lengths in model units, turns are in radians as they stand.
     const double scale = joint.type == model::JointType::kPrismatic ? scope_.unit_m : 1.0;
+    // Both numbers are finite: EvaluateNumber refuses others.
     joint.lower = limits->lower * scale;
     joint.upper = limits->upper * scale;
     if (joint.upper - joint.lower > kMaxCoordinate_m || std::abs(joint.lower) > kMaxCoordinate_m) {

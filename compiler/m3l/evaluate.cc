@@ -195,17 +195,16 @@ std::optional<std::vector<model::AttributeValue>> EvaluateStates(const Expr& exp
 std::optional<Interval> EvaluateInterval(const Expr& expr, source::Diagnostics* diagnostics) {
   if (expr.kind != ExprKind::kList || expr.children.size() != 2) {
     diagnostics->Error(expr.span, "expected an interval").hint = "write it as in: [-pi/2, pi/2]";
-    // Both ends are read before either is judged.
     return std::nullopt;
   }
+  // Both ends are read before either is judged, so that the errors of both are found.
   const std::optional<double> lower = EvaluateNumber(expr.children[0], diagnostics);
   const std::optional<double> upper = EvaluateNumber(expr.children[1], diagnostics);
   if (!lower || !upper) return std::nullopt;
+  // An empty interval would leave a joint no position at all.
   if (*lower > *upper) {
-    return diagnostics->Error(expr.span,
-                              "the interval's lower end " + NumberText(*lower) +
-                                  // An empty interval would leave the joint no position at all.
-                                  " is above its upper end " + NumberText(*upper));
+    return diagnostics->Error(expr.span, "the interval's lower end " + NumberText(*lower) +
+                                             " is above its upper end " + NumberText(*upper));
   }
   return Interval{*lower, *upper};
 }

@@ -122,6 +122,7 @@ std::optional<logger::CompareOptions> WayOf(const CompareOptions& options) {
     return Refuse(fmt::format("--align {}{}: expected tick, event or lag", options.align,
                               DidYouMean(options.align, {"tick", "event", "lag"})));
   }
+  // The level decides whether samples are compared one by one or the figures of the gait.
   if (options.level == "gait") {
     way.level = logger::Level::kGait;
   } else if (options.level != "sample") {

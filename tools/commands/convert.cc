@@ -44,6 +44,7 @@ int Done(const ConvertOptions& options, const std::string& summary, const Json& 
     Json json = {{"log", options.log}, {"to", options.to}, {"output", options.output}};
     json.update(figures);
     PrintJson(json);
+    // On standard output the summary would stand among the data.
   } else if (!IsStdout(options.output)) {
     Print("{}: {}\n", options.output, summary);
   }

@@ -96,6 +96,7 @@ int DrawModel(const DrawOptions& options, const std::vector<logger::View>& views
   // Each module is a group, and so has a colour, of its own.
   std::vector<int> group(robot->modules.size());
   for (size_t m = 0; m < group.size(); ++m) group[m] = static_cast<int>(m);
+  // The robot stands where a run of it begins, half a millimetre above the ground.
   logger::Scene scene = logger::SceneOf(*model, *robot, sim::PlaceOnGround(*model, *robot), group);
   if (!options.world.empty()) {
     const std::optional<LoadedWorld> world = LoadWorld(options.world);

@@ -187,6 +187,8 @@ void Route(const bridge::ClientRequest& request, const Sources& sources, bridge:
       return source->Take(request, request.name.substr(prefix.size()));
     }
   }
+  // No source has taken it. A client waits for the answer to a call, and to a parameter that it
+  // set, so that these two get one.
   if (request.kind == Kind::kCall) hub->RefuseCall(request, "there is no such service");
   if (request.kind == Kind::kSet) hub->AnswerSet(request);
 }

@@ -155,6 +155,7 @@ void PrintMotion(const MotionText& text, const model::Robot& robot, const Motion
   if (report.num_locked > 0) {
     Print("  {} that loops lock stayed at the start\n", Counted(report.num_locked, "joint"));
   }
+  // Of each robot kMostNamed kinds of meetings are printed, in the order of the report.
   size_t printed = 0;
   size_t left_out = 0;
   for (const MeetingsOfDockings& alike : report.meetings) {

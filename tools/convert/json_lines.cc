@@ -28,6 +28,7 @@ Result<EventsWritten> WriteJsonLines(EventDecoder* decoder, const NamePattern& c
       line["error"] = decoded.why_not;
       ++written.unknown;
     }
+    // JSON writes a line break within a text as an escape, so that a line is one event.
     const std::string text = JsonText(line) + "\n";
     const auto* bytes = reinterpret_cast<const uint8_t*>(text.data());
     if (Result<void> r = write({bytes, text.size()}); !r) return tl::unexpected(r.error());

@@ -155,6 +155,7 @@ void SetOrAdd(const LcmJson& value, const pb::FieldDescriptor* field, pb::Messag
       return list ? r->AddBool(out, field, truth) : r->SetBool(out, field, truth);
     }
     case pb::FieldDescriptor::TYPE_FLOAT: {
+      // A float that was widened for JSON becomes the same float again.
       const auto number = static_cast<float>(value.get<double>());
       return list ? r->AddFloat(out, field, number) : r->SetFloat(out, field, number);
     }

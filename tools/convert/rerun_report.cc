@@ -31,6 +31,7 @@ std::optional<FieldDifference> Differ(const Json& a, const Json& b, const std::s
     for (size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
       if (auto found = Differ(a[i], b[i], fmt::format("{}[{}]", path, i))) return found;
     }
+    // As the lists are not equal and no common entry differs, their lengths do.
     return FieldDifference{path, Counted(static_cast<int64_t>(a.size()), "entry", "entries"),
                            Counted(static_cast<int64_t>(b.size()), "entry", "entries")};
   }
