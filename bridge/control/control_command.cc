@@ -362,7 +362,6 @@ bool IsAnswer(std::string_view text) { return text.starts_with(kAnswer); }
 Result<ControlAnswer> ParseAnswer(std::string_view text) {
   const std::vector<std::string> words = SplitWords(text, ' ');
   if (!IsAnswer(text) || words.size() < 4) return Fail("no answer");
-  // The answers that are read here are signed by the sim, but a text is a text.
   ControlAnswer answer;
   const auto state = std::find(std::begin(kStates), std::end(kStates), words[2]);
   const std::optional<int64_t> counter = ToNumber<int64_t>(words[1]);

@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "bridge/lockstep/run_totals.h"
+#include "bridge/wire/sealed_bus.h"
 #include "bridge/wire/wire_peek.h"
 
 namespace morphbus::bridge {
@@ -315,7 +316,8 @@ void LogParticipant::CarryOut(const LogAction& action) {
       return;
     // Whatever was recorded so far stays, but the log is not whole.
     case LogAction::Kind::kLostSim:
-      error_ = "nothing heard from run '" + options_.run + "' any more";
+      error_ = "nothing heard from run '" + options_.run + "' any more" +
+               UnauthenticText(bus_->unauthentic());
       return;
   }
 }

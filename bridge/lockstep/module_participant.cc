@@ -9,6 +9,7 @@
 
 #include "bridge/lockstep/module_scratch.h"
 #include "bridge/wire/own_sensors.h"
+#include "bridge/wire/sealed_bus.h"
 #include "bridge/wire/vm_codec.h"
 #include "bridge/wire/wire_peek.h"
 #include "bridge/wire/wire_size.h"
@@ -279,7 +280,8 @@ void ModuleParticipant::CarryOut(const ModuleAction& action) {
                " is heard any more: it has another " + options_.module;
       return;
     case ModuleAction::Kind::kLostSim:
-      error_ = "nothing heard from the simulator of run '" + options_.run + "' any more";
+      error_ = "nothing heard from the simulator of run '" + options_.run + "' any more" +
+               UnauthenticText(bus_->unauthentic());
       return;
   }
 }

@@ -26,7 +26,7 @@ class Punctuality {
   /// than kRemembered ticks ago it is not known how late it is; it counts all the same.
   void CameLate(int module, int64_t tick, int64_t now_us) {
     Record& record = records_[module];
-    // A forger may answer more ticks than there were.
+    // An answer that comes twice is late once.
     if (record.late == record.missed) return;
     ++record.late;
     const TickEnd& end = over_us_[Slot(tick)];

@@ -445,7 +445,7 @@ constexpr void Walk(V& v, As<morphbus::info_part_t>) {
   v.Bytes("data", v.Count32("size", total));
 }
 
-/// CONTROL (control_t). Whoever obeys checks the signature, an HMAC-SHA-256.
+/// CONTROL (control_t).
 template <class V>
 constexpr void Walk(V& v, As<morphbus::control_t>) {
   v.template Struct<morphbus::header_t>("header");

@@ -38,15 +38,15 @@ Result<RunKey> RunKey::Random() {
   return RunKey(bytes);
 }
 
-Result<RunKey> RunKey::Create(const std::string& path) {
-  const Result<RunKey> key = Random();
-  if (!key) return key;
+Result<void> RunKey::WriteTo(const std::string& path) const {
+  MORPHBUS_CHECK(!open_);
   // The mode is right from the start; a file that somebody else made is not used.
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
   if (fd < 0) return FailWithFile("create", path);
-  const bool written = write(fd, key->bytes_.data(), kSize) == static_cast<ssize_t>(kSize);
+  const bool written = write(fd, bytes_.data(), kSize) == static_cast<ssize_t>(kSize);
   close(fd);
-  return written ? key : FailWithFile("write", path);
+  if (!written) return FailWithFile("write", path);
+  return {};
 }
 
 Result<RunKey> RunKey::Read(const std::string& path) {
@@ -58,7 +58,8 @@ Result<RunKey> RunKey::Read(const std::string& path) {
   const bool known = fstat(fd, &info) == 0;
   const ssize_t size = read(fd, bytes.data(), bytes.size());
   close(fd);
-  // Whoever else can read the key could speak in the run.
+  // Other users who know the key could speak in the run.
+  if (known && info.st_uid != geteuid()) return Fail(path + " belongs to another user");
   if (!known || (info.st_mode & 077) != 0) {
     return Fail(path + " is not private to its owner: chmod 600 " + path);
   }

@@ -26,10 +26,10 @@ class RunKey {
 
   /// A fresh one. Fails if the system has no random numbers.
   static Result<RunKey> Random();
-  /// A fresh one, written to a new file of mode 0600. Fails if there is such a file already.
-  static Result<RunKey> Create(const std::string& path);
-  /// The one in a file. Fails if the file holds none, or if others than its owner may read it.
+  /// The one in a file. Fails if the file holds none, is somebody else's, or may be read by others.
   static Result<RunKey> Read(const std::string& path);
+  /// Writes it to a new file of mode 0600. Fails if there is such a file already. It is not open.
+  [[nodiscard]] Result<void> WriteTo(const std::string& path) const;
 
   /// Whether the run has no key.
   [[nodiscard]] bool open() const { return open_; }

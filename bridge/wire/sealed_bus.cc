@@ -1,6 +1,7 @@
 #include "bridge/wire/sealed_bus.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 namespace morphbus::bridge {
@@ -44,6 +45,13 @@ void SealedBus::SubscribePrefix(const std::string& prefix, Handler handler) {
 void SealedBus::SubscribeQuietly(const std::string& prefix, const std::string& suffix,
                                  Handler handler) {
   SealingBus::SubscribeQuietly(prefix, suffix, Checked(std::move(handler)));
+}
+
+std::string UnauthenticText(const UnauthenticCounts& counts) {
+  if (counts.all == 0) return "";
+  return "; " + std::to_string(counts.all) + (counts.all == 1 ? " message" : " messages") +
+         " without the run's key came (the first on " + counts.channels.front().first +
+         "): has everybody the same --key?";
 }
 
 }  // namespace morphbus::bridge

@@ -67,4 +67,8 @@ class SealedBus : public SealingBus {
   UnauthenticCounts unauthentic_;
 };
 
+/// For people who wait in vain: how many messages had not the key, and where the first one came;
+/// empty if there were none.
+std::string UnauthenticText(const UnauthenticCounts& counts);
+
 }  // namespace morphbus::bridge

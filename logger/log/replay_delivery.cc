@@ -48,11 +48,10 @@ bool IsFollowed(std::string_view run, std::string_view channel, size_t size) {
 }
 
 void BatchSum::Add(std::string_view channel, std::span<const uint8_t> data) {
-  // Name and data are told apart by their sizes.
-  const uint64_t sizes[2] = {channel.size(), data.size()};
-  hash_.Update(reinterpret_cast<const uint8_t*>(sizes), sizeof sizes);
-  hash_.Update(reinterpret_cast<const uint8_t*>(channel.data()), channel.size());
-  hash_.Update(data.data(), data.size());
+  // Each digest is of one name or one payload, so that the two cannot run into one another. All
+  // bytes count, those of CRC and auth as well: a replay is of what stands in the log.
+  hash_.Add(bridge::DigestOf(reinterpret_cast<const uint8_t*>(channel.data()), channel.size()));
+  hash_.Add(bridge::DigestOf(data.data(), data.size()));
   ++count_;
 }
 

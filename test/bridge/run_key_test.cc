@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -139,11 +140,19 @@ TEST(RunKeyTest, AnOpenRunHasAuthZero) {
   EXPECT_FALSE(RunKey(CountingKey()).open());
 }
 
+/// A fresh key in a new file.
+Result<RunKey> CreateKey(const std::string& path) {
+  Result<RunKey> key = RunKey::Random();
+  if (!key) return key;
+  if (Result<void> written = key->WriteTo(path); !written) return Fail(written.error().message);
+  return key;
+}
+
 TEST(RunKeyTest, AKeyIsItsOwnersAlone) {
   char folder[] = "/tmp/morphbus-key-XXXXXX";
   ASSERT_NE(mkdtemp(folder), nullptr);
   const std::string path = std::string(folder) + "/key";
-  const Result<RunKey> made = RunKey::Create(path);
+  const Result<RunKey> made = CreateKey(path);
   ASSERT_TRUE(made);
   struct stat info = {};
   ASSERT_EQ(stat(path.c_str(), &info), 0);
@@ -157,13 +166,17 @@ TEST(RunKeyTest, AKeyIsItsOwnersAlone) {
   };
   EXPECT_EQ(auth_of(*read), auth_of(*made));
   EXPECT_NE(auth_of(*RunKey::Random()), auth_of(*made));
-  EXPECT_FALSE(RunKey::Create(path)) << "a key that is there already is not used";
+  EXPECT_FALSE(CreateKey(path)) << "a key that is there already is not used";
   ASSERT_EQ(chmod(path.c_str(), 0640), 0);
   EXPECT_FALSE(RunKey::Read(path)) << "others may read it";
   ASSERT_EQ(chmod(path.c_str(), 0600), 0);
   for (const char* text : {"short", "a text of more than sixteen bytes"}) {
     std::ofstream(path) << text;
     EXPECT_EQ(RunKey::Read(path).error().message, path + " is no key, which has 16 bytes");
+  }
+  // Another user's key is refused, whoever may read it: root may read everything.
+  if (geteuid() == 0 && chown(path.c_str(), 12345, 12345) == 0) {
+    EXPECT_EQ(RunKey::Read(path).error().message, path + " belongs to another user");
   }
   std::filesystem::create_symlink(path, path + ".link");
   EXPECT_FALSE(RunKey::Read(path + ".link"));

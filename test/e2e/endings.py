@@ -5,7 +5,7 @@ import os
 import subprocess
 import unittest
 
-from support import BIN, LIMIT, MODEL, PROGRAM, Case, command, decode, read_events
+from support import BIN, LIMIT, MODEL, PROGRAM, Case, command, decode, new_key, read_events
 
 
 def end_of(path):
@@ -16,20 +16,43 @@ def end_of(path):
 
 
 class Endings(Case):
-    def by_hand(self, what, *arguments, **options):
+    def by_hand(self, what, *arguments):
         return subprocess.Popen(command(what, MODEL, PROGRAM, '--robot', 'quadruped', '--run', 'hand', '--seconds', 2,
-                                        '--open', *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+                                        *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def on_a_network_of_its_own(self):
+        """Has the test run once more where its processes share a network with nobody else. True if it just did."""
+        if os.environ.get('MORPHBUS_PRIVATE_NETWORK') is not None:
+            return False
+        done = subprocess.run([str(BIN / 'isolated'), 'python3', __file__, f'Endings.{self._testMethodName}'],
+                              env={**os.environ, 'MORPHBUS_PRIVATE_NETWORK': '1'}, capture_output=True, text=True,
+                              timeout=LIMIT)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return True
+
+    def test_who_has_another_key_is_told_so(self):
+        if self.on_a_network_of_its_own():
+            return
+        keys = []
+        for name in ('sim', 'log'):
+            (self.folder / name).mkdir()
+            keys.append(new_key(self.folder / name))
+        log = self.by_hand('log', '-o', self.folder / 'hand.log', '--key', keys[1])
+        sim = self.by_hand('sim', '--give-up', 6, '--key', keys[0])
+        _, said = sim.communicate(timeout=LIMIT)
+        self.assertEqual(sim.returncode, 3, said)
+        self.assertRegex(said, r"waiting for m1, .*to join; \d+ messages? without the run's key came "
+                               r'\(the first on HELLO\): has everybody the same --key\?')
+        _, said = log.communicate(timeout=LIMIT)
+        self.assertEqual(log.returncode, 3, said)
+        self.assertRegex(said, r"nothing heard from run 'hand' any more; \d+ messages? without the run's key came")
 
     def test_modules_that_never_come_are_named_by_sim_and_log(self):
-        if os.environ.get('MORPHBUS_PRIVATE_NETWORK') is None:
-            # The processes of this test meet on a network that they share with nobody else.
-            done = subprocess.run([str(BIN / 'isolated'), 'python3', __file__, f'Endings.{self._testMethodName}'],
-                                  env={**os.environ, 'MORPHBUS_PRIVATE_NETWORK': '1'}, capture_output=True, text=True,
-                                  timeout=LIMIT)
-            return self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        if self.on_a_network_of_its_own():
+            return
         path = self.folder / 'hand.log'
-        log = self.by_hand('log', '-o', path)
-        sim = self.by_hand('sim', '--give-up', 6)
+        log = self.by_hand('log', '-o', path, '--open')
+        sim = self.by_hand('sim', '--give-up', 6, '--open')
         _, said = sim.communicate(timeout=LIMIT)
         self.assertEqual(sim.returncode, 3, said)
         self.assertRegex(said, r'waiting for m1, m2, .*m9 to join')

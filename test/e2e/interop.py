@@ -9,7 +9,8 @@ import unittest
 
 from control_live import written_so_far
 from lcm_datagrams import GROUP, PORT, receiver, sender
-from support import HASHED, LIMIT, MODEL, PROGRAM, Case, as_json, await_condition, command, decode, morphbus, read_events
+from support import (HASHED, LIMIT, MODEL, PROGRAM, Case, as_json, await_condition, command, decode, morphbus, new_key,
+                     read_events, seal)
 
 
 class Listener:
@@ -123,6 +124,26 @@ class Interop(Case):
         heard = [decode(d) for c, d in listener.close() if c.endswith('/SENSORS')]
         ticks = sorted({m.header.tick for m in heard})
         self.assertEqual((ticks[0], ticks[-1]), (50, 99))
+
+    def test_a_run_has_the_key_that_it_is_given(self):
+        key = new_key(self.folder)
+        summaries = [as_json('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 1, '--inproc', '--no-log')]
+        for options in (('--inproc',), ('--force',)):
+            log, summary = self.record(*options, '--key', key, seconds=1)
+            summaries.append(summary)
+            # What travelled is sealed with this key; what only stands in the log is not.
+            sealed = [(channel, data) for *_, channel, data in read_events(log) if decode(data).header.auth != 0]
+            self.assertGreater(len(sealed), 100)
+            for channel, data in sealed:
+                self.assertEqual(seal(channel, data, key.read_bytes()), data, channel)
+        self.assertEqual(len({summary['hash'] for summary in summaries}), 1, 'the key is outside the hash')
+        run = ('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 1, '--inproc', '--no-log')
+        self.assertIn('leave out --key', morphbus(*run, '--open', '--key', key, status=2).stderr)
+        key.chmod(0o640)
+        self.assertIn(f'{key} is not private to its owner: chmod 600 {key}', morphbus(*run, '--key', key, status=2).stderr)
+        for listener in ('spy', 'monitor'):
+            self.assertIn('is not private', morphbus(listener, '--once' if listener == 'spy' else '--json', '--key', key,
+                                                     '--lcm-url', 'udpm://239.255.76.67:7667?ttl=0', status=2).stderr)
 
     def test_parts_started_by_hand_make_the_same_run(self):
         _, summary = self.record('--inproc', seconds=2)

@@ -28,7 +28,8 @@ std::string Record(const std::string& robot, double loss) {
   EXPECT_TRUE(plan.has_value());
   plan->description.set_run("doctored");
   const TempFile file;
-  const tools::RunOutcome outcome = tools::RunInProcess(*plan, file.path());
+  const tools::RunOutcome outcome =
+      tools::RunInProcess(*plan, file.path(), bridge::RunKey(bridge::RunKey::Bytes{1}));
   EXPECT_EQ(outcome.error, "");
   const std::string kept = file.path() + ".kept";
   std::rename(file.path().c_str(), kept.c_str());

@@ -53,6 +53,27 @@ class LossyBus : public bridge::Bus {
   std::mt19937 random_;
 };
 
+TEST(BatchSumTest, EveryByteOfNamesAndPayloadsCounts) {
+  const auto sum_of = [](std::string_view channel, const std::vector<uint8_t>& data) {
+    BatchSum sum;
+    sum.Add(channel, data);
+    return sum.hash();
+  };
+  const std::vector<uint8_t> data(64, 7);
+  const std::string channel = "a-run-with-a-name/m1/ACTUATOR";
+  for (size_t i = 0; i < channel.size(); ++i) {
+    std::string other = channel;
+    other[i] = 'x';
+    EXPECT_NE(sum_of(other, data), sum_of(channel, data)) << i;
+  }
+  // CRC and auth, which are outside the run's hash, are part of what a log holds.
+  for (size_t i = 0; i < data.size(); ++i) {
+    std::vector<uint8_t> other = data;
+    ++other[i];
+    EXPECT_NE(sum_of(channel, other), sum_of(channel, data)) << i;
+  }
+}
+
 /// A replay and its followers in virtual time.
 class Delivery {
  public:

@@ -21,11 +21,13 @@ namespace {
 class SpyTableTest : public ::testing::Test {
  protected:
   template <class M>
-  void Take(const std::string& channel, int64_t sequence, double now_s, M message = {}) {
+  void Take(const std::string& channel, int64_t sequence, double now_s, M message = {},
+            const bridge::RunKey& key = {}) {
     message.header.protocol = morphbus::header_t::PROTOCOL;
     message.header.sequence = sequence;
     std::vector<uint8_t> bytes;
     bridge::Encode(message, &bytes);
+    key.Seal(channel, bytes.data(), bytes.size());
     table_.Take(channel, bytes.data(), bytes.size(), At(now_s));
     now_s_ = std::max(now_s_, now_s);
   }
@@ -56,6 +58,19 @@ TEST_F(SpyTableTest, WhatHasNotTheKeyOfAKnownRunIsMarked) {
   EXPECT_EQ(Row("r/m1/ACTUATOR")["unauthentic"], 1);
   EXPECT_EQ(Row("r/m1/ACTUATOR")["bad"], 1);
   EXPECT_EQ(Row("other/m1/ACTUATOR")["bad"], 0) << "of other runs nobody knows";
+}
+
+TEST_F(SpyTableTest, AKeyIsThatOfTheRunWhoseMessagesHaveIt) {
+  const bridge::RunKey key(bridge::RunKey::Bytes{1});
+  table_.KnowKey("", key);
+  Take<morphbus::actuator_t>("r/m1/ACTUATOR", 0, 0);
+  EXPECT_EQ(Row("r/m1/ACTUATOR")["bad"], 0) << "whose key it is, nobody knows yet";
+  Take<morphbus::actuator_t>("r/m2/ACTUATOR", 1, 0, {}, key);
+  Take<morphbus::actuator_t>("r/m1/ACTUATOR", 2, 0);
+  Take<morphbus::actuator_t>("other/m1/ACTUATOR", 0, 0);
+  EXPECT_EQ(Row("r/m2/ACTUATOR")["bad"], 0);
+  EXPECT_EQ(Row("r/m1/ACTUATOR")["unauthentic"], 1);
+  EXPECT_EQ(Row("other/m1/ACTUATOR")["bad"], 0);
 }
 
 TEST_F(SpyTableTest, RatesAndJitterAreThoseOfTheArrivals) {

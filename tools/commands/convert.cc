@@ -74,14 +74,15 @@ int ConvertEvents(const ConvertOptions& options, const OutputKind& kind, bool in
   if (!channels) return Unusable("--channel " + channels.error().message);
   const Result<std::string> description = LentDescription(options.description);
   if (!description) return Unusable(description.error().message);
-  const auto decoder = EventDecoder::Open(options.log, *description, in_order);
-  if (!decoder) return Unusable(decoder.error().message);
   // An existing file is replaced only if it is of the same kind, and none that is read here.
   if (!MayWrite(options.output, kind, options.force, {options.log, options.description})) {
     return kUnusable;
   }
   const Result<EventsWritten> written =
       WriteThrough(options.output, [&](const logger::ByteSink& sink) -> Result<EventsWritten> {
+        // This may take minutes: to know how far a log is disordered it is read to its end.
+        const auto decoder = EventDecoder::Open(options.log, *description, in_order);
+        if (!decoder) return tl::unexpected(decoder.error());
         // The reader knows only at its end whether there was a log at all.
         Result<EventsWritten> made = write(decoder->get(), *channels, sink);
         // What is no log becomes no empty file that looks like one.

@@ -169,7 +169,7 @@ void AddLog(CommandLine* line) {
   Subcommand sub = line->Add("log", "The logger of a run, for starting by hand");
   auto options = std::make_shared<LogOptions>();
   AddPlanSource(&sub, &options->plan);
-  AddKeyFile(&sub, &options->key_file);
+  AddKeyFile(&sub, &options->key_file, "that of the run of this machine");
   sub.Add("-o,--log", &options->output, "Log to write").Required();
   sub.Add("--follow", &options->follow,
           "Record a replay of the run NAME instead, every message exactly once; --run names the "

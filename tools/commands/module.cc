@@ -26,12 +26,20 @@ std::optional<std::string> ValueOf(const std::string& name,
   return std::nullopt;
 }
 
-/// A module of a run that is on this machine has its key, unless the arguments say otherwise.
+/// A module of a run that is on this machine has its key, or none if the run is open, unless the
+/// arguments say otherwise.
 void AddKeyOfRun(std::vector<std::string>* arguments) {
   const std::optional<std::string> run = ValueOf("--run", *arguments);
   if (!run || ValueOf("--key", *arguments) || ValueOf("--open", *arguments)) return;
   const Result<RunEntry> entry = FindRun(*run);
-  if (entry) arguments->insert(arguments->end(), {"--key", KeyPath(entry->folder)});
+  if (!entry) return;
+  // A run has its key before it can be found, so that one without is open.
+  const std::string key = KeyPath(entry->folder);
+  if (access(key.c_str(), F_OK) == 0) {
+    arguments->insert(arguments->end(), {"--key", key});
+  } else {
+    arguments->push_back("--open");
+  }
 }
 
 /// Replaces this process: a parent that watches its id then watches the module. It returns only if

@@ -12,6 +12,7 @@
 #include "tools/commands/commands.h"
 #include "tools/convert/rerun_report.h"
 #include "tools/launch/inproc_run.h"
+#include "tools/launch/key_choice.h"
 #include "tools/launch/launcher.h"
 #include "tools/launch/network.h"
 #include "tools/launch/reproduction.h"
@@ -72,10 +73,13 @@ Result<logger::RunLog> RunAgain(RunPlan* plan, const ReproduceOptions& options,
   // The run's name is in its channels and not in what is compared, so that it may be another one.
   plan->description.set_run(directory->name());
   plan->description.set_started(WallTime());
+  const Result<bridge::RunKey> key =
+      KeyOfNewRun(plan->description.open(), "", options.processes ? directory->path() : "");
+  if (!key) return tl::unexpected(key.error());
   RunOptions launched;
   launched.isolate = true;
   const RunOutcome outcome = options.processes ? Launcher(*plan, launched, *directory, log).Run()
-                                               : RunInProcess(*plan, log);
+                                               : RunInProcess(*plan, log, *key);
   if (CaughtSignal() != 0) return Fail("interrupted");
   // A run that failed the first time fails again; its messages are what counts.
   Result<logger::RunLog> again =

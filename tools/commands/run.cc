@@ -14,6 +14,7 @@
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/inproc_run.h"
+#include "tools/launch/key_choice.h"
 #include "tools/launch/launcher.h"
 #include "tools/launch/network.h"
 #include "tools/launch/run_outcome.h"
@@ -88,6 +89,10 @@ std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number
   plan->description.set_started(WallTime());
   const std::optional<RunRecord> record = RecordOf(options, directory->name(), number);
   if (!record) return std::nullopt;
+  // The key is there before anybody can find the run.
+  const Result<bridge::RunKey> key =
+      KeyOfNewRun(options.open, options.key_file, options.inproc ? "" : directory->path());
+  if (!key) return Refuse(key.error().message);
   // In one process there is no bus that others could join: the URL stays empty.
   // The entry lets spy, monitor and control find the run by its name; it goes with the directory.
   RunEntry entry{directory->name(),
@@ -106,7 +111,7 @@ std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number
   }
   // What the run was is read from what was recorded, once all processes have ended.
   RunSummary summary =
-      Summarize(*plan, options.inproc ? RunInProcess(*plan, *record)
+      Summarize(*plan, options.inproc ? RunInProcess(*plan, *record, *key)
                                       : Launcher(*plan, options, *directory, *record).Run());
   RunOutcome& outcome = summary.outcome;
   if (record->in_memory()) outcome.log.clear();
@@ -217,6 +222,7 @@ void AddRun(CommandLine* line) {
   sub.Add("--processes", &options->processes,
           "So many processes share the modules (default: one a module)")
       .Range(1, 100'000);
+  AddKeyFile(&sub, &options->key_file, "a fresh one");
   sub.Flag("--isolate", &options->isolate,
            "A private network with just a loopback; needs no rights");
   sub.Add("--commands", &options->commands,

@@ -129,8 +129,9 @@ int Simulate(const SimCommandOptions& options) {
   });
   if (by_hand) {
     // People who start processes by hand want to know which one is missing.
-    participant.OnMissing([](const std::vector<std::string>& missing) {
-      Say("morphbus: waiting for {} to join\n", NameSome(missing));
+    participant.OnMissing([&](const std::vector<std::string>& missing) {
+      Say("morphbus: waiting for {} to join{}\n", NameSome(missing),
+          bridge::UnauthenticText(sealed.unauthentic()));
     });
   }
   std::string stop;  ///< Why the run shall end; empty while it goes on.
@@ -186,7 +187,7 @@ void AddSim(CommandLine* line) {
   Subcommand sub = line->Add("sim", "The simulator of a run, for starting by hand");
   auto options = std::make_shared<SimCommandOptions>();
   AddPlanSource(&sub, &options->plan);
-  AddKeyFile(&sub, &options->key_file);
+  AddKeyFile(&sub, &options->key_file, "that of the run of this machine");
   sub.Flag("--no-logger", &options->no_logger, "Do not wait for a logger");
   sub.Add("--give-up", &options->give_up_s,
           "Before the first tick: end after so many seconds in which nobody joined (default 60)")

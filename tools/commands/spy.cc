@@ -90,8 +90,11 @@ int Spy(const SpyOptions& options) {
   // A bus that is named by its URL alone belongs to no run of this machine.
   const bool elsewhere = options.run.run.empty() && !options.run.lcm_url.empty();
   const Result<RunEntry> own = elsewhere ? Fail("elsewhere") : FindRun(options.run.run);
-  const Result<bridge::RunKey> key =
-      own ? bridge::RunKey::Read(KeyPath(own->folder)) : Fail("none");
+  const std::string& key_file = options.run.key_file;
+  const Result<bridge::RunKey> key = !key_file.empty() ? bridge::RunKey::Read(key_file)
+                                     : own             ? bridge::RunKey::Read(KeyPath(own->folder))
+                                                       : Fail("none");
+  if (!key && !key_file.empty()) return Unusable(key.error().message);
   // Joining a private network must come before LCM starts its thread.
   const Result<std::string> url = JoinRun(options.run);
   if (!url) return Unusable(url.error().message);
@@ -99,7 +102,7 @@ int Spy(const SpyOptions& options) {
   if (!tap) return Unusable(tap.error().message);
   // All channels, also those of other programs: what is strange on the bus is what the spy is for.
   SpyTable table(std::move(*schema));
-  if (key) table.KnowKey(own->name, *key);
+  if (key) table.KnowKey(own ? own->name : "", *key);
   CatchSignals();
   if (!options.json && !options.once && CanShowScreen()) {
     SpyScreenOptions screen = {options.run, *url, options.interval, options.seconds, nullptr};

@@ -38,18 +38,12 @@ struct FaultyEndpoint {
 /// Everything of one run, on one hub.
 class InprocRun {
  public:
-  InprocRun(const RunPlan& plan, const RunRecord& record)
-      : plan_(plan), to_(record), description_(plan.description) {}
+  InprocRun(const RunPlan& plan, const RunRecord& record, const bridge::RunKey& key)
+      : plan_(plan), to_(record), description_(plan.description), key_(key) {}
 
   /// Puts everything on the hub, before the first message. Fails if a part of the plan cannot be
   /// used or the log cannot be written.
   Result<void> Build() {
-    // Nobody else is on the hub; but the log is that of any run of its kind.
-    if (!description_.open()) {
-      const Result<bridge::RunKey> key = bridge::RunKey::Random();
-      if (!key) return Fail(key.error().message);
-      key_ = *key;
-    }
     // The simulator with its robot comes first.
     Result<std::unique_ptr<sim::ControlledRobot>> robot = BuildRobot(plan_);
     if (!robot) return Fail(robot.error().message);
@@ -194,9 +188,9 @@ class InprocRun {
 
 }  // namespace
 
-RunOutcome RunInProcess(const RunPlan& plan, const RunRecord& record) {
+RunOutcome RunInProcess(const RunPlan& plan, const RunRecord& record, const bridge::RunKey& key) {
   CatchSignals();
-  InprocRun run(plan, record);
+  InprocRun run(plan, record, key);
   // A run that could not be put together has no log.
   if (Result<void> built = run.Build(); !built) {
     RunOutcome outcome;

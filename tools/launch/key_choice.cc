@@ -5,16 +5,31 @@
 #include "tools/launch/run_registry.h"
 
 namespace morphbus::tools {
+namespace {
+
+constexpr const char* kOpenWithKey = "--open is for a run without a key: leave out --key";
+
+}  // namespace
 
 std::string KeyPath(const std::string& folder) { return folder + "/key"; }
 
-void AddKeyFile(Subcommand* sub, std::string* file) {
-  sub->Add("--key", file, "File with the run's key (default: that of the run of this machine)")
-      .TypeName("FILE");
+void AddKeyFile(Subcommand* sub, std::string* file, const std::string& otherwise) {
+  sub->Add("--key", file, "File with the run's key (default: " + otherwise + ")").TypeName("FILE");
+}
+
+Result<bridge::RunKey> KeyOfNewRun(bool open, const std::string& file, const std::string& folder) {
+  if (open && !file.empty()) return Fail(kOpenWithKey);
+  if (open) return bridge::RunKey();
+  Result<bridge::RunKey> key = file.empty() ? bridge::RunKey::Random() : bridge::RunKey::Read(file);
+  if (!key || folder.empty()) return key;
+  if (Result<void> written = key->WriteTo(KeyPath(folder)); !written) {
+    return Fail(written.error().message);
+  }
+  return key;
 }
 
 Result<bridge::RunKey> ChooseKey(const std::string& run, bool open, const std::string& file) {
-  if (open && !file.empty()) return Fail("--open is for a run without a key: leave out --key");
+  if (open && !file.empty()) return Fail(kOpenWithKey);
   if (open) return bridge::RunKey();
   if (!file.empty()) return bridge::RunKey::Read(file);
   const Result<RunEntry> entry = run.empty() ? Fail("no name") : FindRun(run);

@@ -13,8 +13,14 @@ namespace morphbus::tools {
 /// Where a run's folder has its key.
 std::string KeyPath(const std::string& folder);
 
-/// Adds --key to a subcommand. `file` must live until the command line is parsed.
-void AddKeyFile(Subcommand* sub, std::string* file);
+/// Adds --key to a subcommand. `file` must live until the command line is parsed. `otherwise` says
+/// which key it is without the option.
+void AddKeyFile(Subcommand* sub, std::string* file, const std::string& otherwise);
+
+/// The key of a run that begins here: none if it is open, that of `file` (--key), else a fresh one.
+/// Puts it into the run's folder, unless that is empty: a run in one process needs no file. Fails
+/// if `file` holds no key, or if --open contradicts --key.
+Result<bridge::RunKey> KeyOfNewRun(bool open, const std::string& file, const std::string& folder);
 
 /// The key that a process of run `run` has.
 /// @param open  the run has none (--open).

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "bridge/module/snapshot_file.h"
-#include "bridge/wire/run_key.h"
 #include "compiler/base/text.h"
 #include "logger/compare/kinematic_tracks.h"
 #include "tools/base/files.h"
@@ -49,11 +48,6 @@ Result<void> Launcher::WriteInputs() {
   }
   for (const auto& [name, bytes] : files) {
     if (Result<void> r = WriteFile(directory_.path() + "/" + name, bytes); !r) return r;
-  }
-  // Whoever can read the key can speak in the run.
-  if (!d.open()) {
-    const Result<bridge::RunKey> key = bridge::RunKey::Create(KeyPath(directory_.path()));
-    if (!key) return morphbus::Fail(key.error().message);
   }
   // What the sim obeys: the script of a run that is repeated.
   return WriteScript(plan_.script, directory_.path());

@@ -1,5 +1,6 @@
 #include "tools/launch/run_choice.h"
 
+#include "tools/launch/key_choice.h"
 #include "tools/launch/network.h"
 #include "tools/launch/run_registry.h"
 
@@ -8,6 +9,7 @@ namespace morphbus::tools {
 void AddRunChoice(Subcommand* sub, RunChoice* choice) {
   sub->Add("--run", &choice->run, "The run to look at (default: the only one; see morphbus runs)");
   sub->Add("-l,--lcm-url", &choice->lcm_url, "LCM URL (default: the run's, else $LCM_DEFAULT_URL)");
+  AddKeyFile(sub, &choice->key_file, "that of the run of this machine");
 }
 
 Result<std::string> JoinRun(const RunChoice& choice) {

@@ -14,9 +14,12 @@ struct RunChoice {
   /// LCM URL of the bus; empty: not said. It may name the bus of another host, where no run of this
   /// machine is.
   std::string lcm_url;
+  /// File with the run's key, by which its messages are known; empty: that of a run here.
+  std::string key_file = {};
 };
 
-/// Adds --run and --lcm-url to a subcommand. `choice` must live until the command line is parsed.
+/// Adds --run, --lcm-url and --key to a subcommand. `choice` must live until the command line is
+/// parsed.
 void AddRunChoice(Subcommand* sub, RunChoice* choice);
 
 /// Finds the run, joins its private network if it has one, and returns the LCM URL to use. Without

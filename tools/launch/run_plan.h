@@ -57,7 +57,9 @@ struct RunOptions {
   bool inproc = false;    ///< One process, no network.
   bool isolate = false;   ///< A private network.
   bool open = false;      ///< No key: whoever reaches the bus can speak in the run.
-  bool force = false;     ///< The log replaces any file.
+  /// Path of the run's key; empty: a fresh one, unless the run is open.
+  std::string key_file;
+  bool force = false;  ///< The log replaces any file.
   /// The result is printed as one JSON object.
   bool json = false;
   int repeat = 1;     ///< Runs one after the other.

@@ -54,7 +54,9 @@ Result<std::string> DescriptionFromBus(bridge::Bus* bus, std::string run) {
   bus->Unsubscribe("");
   if (whole) return *whole;
   return Fail(run.empty() ? "nothing of a run is on that bus; morphbus doctor says why"
-                          : "run " + run + " does not tell its description");
+                          : "run " + run +
+                                " does not tell its description; of another host's run its key is "
+                                "needed (--key FILE)");
 }
 
 /// A member of a request as text; "" if there is none. Numbers are written shortest.
@@ -151,20 +153,29 @@ Result<std::unique_ptr<LiveSource>> LiveSource::Create(const RunChoice& choice) 
   std::string description;
   if (entry) description = ReadFile(entry->folder + "/description.pb").value_or("");
   Result<ControlledRun> controlled = entry ? FindControlled(entry->name) : Fail("elsewhere");
+  std::optional<bridge::RunKey> key;
+  if (controlled) key = controlled->key;
+  if (!choice.key_file.empty()) {
+    Result<bridge::RunKey> chosen = bridge::RunKey::Read(choice.key_file);
+    if (!chosen) return Fail(chosen.error().message);
+    key = *chosen;
+  }
   const Result<std::string> url = JoinRun(choice);
   if (!url) return Fail(url.error().message);
   Result<std::unique_ptr<bridge::Bus>> bus = bridge::OpenLcmBus(*url);
   if (!bus) return Fail(bus.error().message);
   if (description.empty()) {
-    Result<std::string> heard = DescriptionFromBus(bus->get(), entry ? entry->name : choice.run);
+    // The logger answers who has the run's key.
+    bridge::SealedBus sealed(bus->get(), key.value_or(bridge::RunKey()));
+    Result<std::string> heard =
+        DescriptionFromBus(key ? &sealed : bus->get(), entry ? entry->name : choice.run);
     if (!heard) return Fail(heard.error().message);
     description = std::move(*heard);
   }
   // What names and shapes the messages speak of.
   auto run = bridge::ReadRunModel(description);
   if (!run) return Fail(run.error().message);
-  std::unique_ptr<LiveSource> source(
-      new LiveSource(*run, std::move(*bus), controlled ? &controlled->key : nullptr));
+  std::unique_ptr<LiveSource> source(new LiveSource(*run, std::move(*bus), key ? &*key : nullptr));
   if (controlled) {
     // Commands have a bus of their own, for they wait for answers.
     Result<std::unique_ptr<bridge::Bus>> own = bridge::OpenLcmBus(*url);

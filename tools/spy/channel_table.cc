@@ -46,11 +46,15 @@ std::optional<bridge::RunMessage> ChannelTable::Take(std::string_view channel, c
     TakeForeign(data, size, stream);
     return std::nullopt;
   }
-  if (name->run == run_ && !key_.IsAuthentic(channel, data, size)) {
-    ++stream->row.unauthentic;
-    ++stream->row.bad;
-    ++stream->row.undecodable;
-    return std::nullopt;
+  if (!key_.open() && (run_.empty() || name->run == run_)) {
+    if (key_.IsAuthentic(channel, data, size)) {
+      run_ = name->run;
+    } else if (!run_.empty()) {
+      ++stream->row.unauthentic;
+      ++stream->row.bad;
+      ++stream->row.undecodable;
+      return std::nullopt;
+    }
   }
   // Our own channels have a header, with a checksum, and a number that tells of losses.
   const Result<bridge::RunMessage> message = bridge::OpenMessage(channel, data, size);

@@ -28,7 +28,8 @@ class ChannelTable {
   /// `schema` must outlive the table.
   explicit ChannelTable(const LcmSchema* schema) : schema_(schema) {}
 
-  /// From now on messages of this run that have not its key are bad, and marked.
+  /// From now on messages of this run that have not its key are bad, and marked. Without a name it
+  /// is the run of the first message that has the key.
   void KnowKey(const std::string& run, const bridge::RunKey& key) {
     run_ = run;
     key_ = key;
@@ -72,8 +73,8 @@ class ChannelTable {
   void Keep(std::string_view channel, const uint8_t* data, size_t size, Stream* stream);
 
   const LcmSchema* schema_;
-  std::string run_;  ///< Whose key is known; empty: no run's.
-  bridge::RunKey key_;
+  std::string run_;     ///< Whose key is known; empty: nobody's yet.
+  bridge::RunKey key_;  ///< Open while none is known.
   size_t kept_bytes_ = 0;
   HeardNames<Stream> streams_{kMostChannels};
   std::string watched_;  ///< The channel whose last message is kept always.
