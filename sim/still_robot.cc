@@ -58,6 +58,7 @@ void StillRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
     morphbus::module_sensors_t& sensors = (*out)[m];
     sensors.joint_position_si.clear();
     sensors.joint_velocity_si.clear();
+    sensors.sensor_value.clear();
     // Nothing weighs anything here.
     sensors.joint_effort_si.assign(joints_[m].size(), 0.0F);
     sensors.module_id = static_cast<int16_t>(m);

@@ -27,7 +27,8 @@ struct Obstacle {
   /// Metres. A box: its sides. A cylinder: radius and length. A sphere: radius. A plane is without
   /// end; its first two are the sides that are drawn. A mesh: 0.
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
-  /// Coulomb coefficient between it and the robot; that of the ground if there is none.
+  /// Coulomb coefficient between it and the robot; that of the ground if there is none. Where the
+  /// ground's is 0, which makes the robot slide on everything, it is 0 too.
   std::optional<double> friction = {};
   /// The triangles of a mesh or height map, in O (m), shared by copies; null for other shapes.
   std::shared_ptr<const TriangleMesh> mesh = {};

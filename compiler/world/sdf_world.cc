@@ -147,12 +147,13 @@ class WorldReader {
   }
 
   /// The pose of an element in its parent: x y z roll pitch yaw, in radians unless it says degrees.
-  Pose ReadPose(const pugi::xml_node& parent) {
+  /// `frame` is what SDFormat calls that parent, if it has a name for it.
+  Pose ReadPose(const pugi::xml_node& parent, std::string_view frame = "") {
     const pugi::xml_node node = parent.child("pose");
     if (!node) return Pose::Identity();
     const std::string_view base = node.attribute("relative_to").value();
     // A model's pose is in the world and a link's in its model; with these names they say so.
-    if (!base.empty() && base != "world" && base != "__model__") {
+    if (!base.empty() && base != frame) {
       Error(node, fmt::format("a pose relative to '{}' is not supported", base)).hint =
           "give the pose in its parent";
     }
@@ -211,7 +212,7 @@ class WorldReader {
     const std::string name = NameIn(parent, node);
     // Poses are given in the parent's frame: X_WP is that of the world or of the model around this
     // one.
-    const Pose X_WM = X_WP * ReadPose(node);
+    const Pose X_WM = X_WP * ReadPose(node, "world");
     for (const pugi::xml_node& child : node.children()) {
       if (diagnostics_.full() || obstacles_.size() > kMaxObstacles) return;
       const std::string_view element = child.name();
@@ -227,7 +228,7 @@ class WorldReader {
   }
 
   void ReadLink(const pugi::xml_node& node, const Pose& X_WM, const std::string& parent) {
-    const Pose X_WL = X_WM * ReadPose(node);
+    const Pose X_WL = X_WM * ReadPose(node, "__model__");
     const std::string name = NameIn(parent, node);
     for (const pugi::xml_node& child : node.children()) {
       if (std::string_view(child.name()) == "collision") {

@@ -62,6 +62,27 @@ TEST(StillRobotTest, AtTheStartItSensesWhatARobotWithPhysicsDoes) {
   }
 }
 
+TEST(StillRobotTest, SensorsThatSeeNothingSayTheSameInEveryTick) {
+  const m3l::CompileOutput output = m3l::CompileText("eye.m3l", R"(
+      module EYE: unit=0.1
+      point p: coords=(0,0,0)
+      link body: grouping=(p), mass=1
+      axis front: origin=(0,0,0), direction=(1,0,0)
+      sensor eye: type=distance, link=body, origin=(0,0,0), direction=(0,0,1), range=5
+      sensor up: type=tilt, link=body, origin=(0,0,0), direction=(0,1,0)
+      robot eyes: modules=(EYE e))");
+  ASSERT_TRUE(output.model) << source::Render(output.diagnostics, output.sources, false);
+  const auto robot = std::move(*StillRobot::Create(
+      std::make_shared<const model::Model>(*output.model), "eyes", 20000, 1000));
+  // The vector is used again from tick to tick, as a run does.
+  Sensors sensors;
+  for (int tick = 0; tick < 3; ++tick) {
+    robot->Sense(&sensors);
+    ASSERT_EQ(sensors[0].sensor_value, (std::vector<float>{0.5F, 0.0F, 1.0F, 0.0F})) << tick;
+    robot->Advance();
+  }
+}
+
 TEST(StillRobotTest, JointsGoToTheirTargetsAtTheSpeedAskedFor) {
   const auto robot = MakeStill();
   constexpr double kSpeed = 1.5;

@@ -223,10 +223,13 @@ int DrawVideo(const DrawOptions& options, const std::vector<logger::View>& views
   const std::optional<Stretch> stretch = LoadStretch(options);
   if (!stretch) return kUnusable;
   // All frames first get their scenes, because the largest decides the size of all.
-  const int64_t step_us = 1'000'000 / options.fps;
   std::vector<std::vector<logger::Panel>> rows(views.size());
   std::vector<int64_t> times;
-  for (int64_t t = stretch->begin_us; t <= stretch->end_us; t += step_us) times.push_back(t);
+  for (int64_t t = stretch->begin_us; t <= stretch->end_us;) {
+    times.push_back(t);
+    // Each from the beginning, so that fractions of a microsecond do not add up.
+    t = stretch->begin_us + static_cast<int64_t>(times.size()) * 1'000'000 / options.fps;
+  }
   for (size_t v = 0; v < views.size(); ++v) {
     for (const int64_t time_us : times) {
       logger::Panel panel{stretch->SceneAt(time_us), views[v], ""};
@@ -253,8 +256,9 @@ int DrawVideo(const DrawOptions& options, const std::vector<logger::View>& views
       if (!created) return Unusable(created.error().message);
       animation = std::move(*created);
     }
-    // WebP counts in whole milliseconds.
-    const Result<void> added = animation->Add(*frame, static_cast<int>(step_us / 1000));
+    // WebP counts in whole milliseconds, of which some frames get one more than others.
+    const auto begin_ms = [&](size_t n) { return static_cast<int>(n * 1000 / options.fps); };
+    const Result<void> added = animation->Add(*frame, begin_ms(i + 1) - begin_ms(i));
     if (!added) return Unusable(added.error().message);
   }
   const Result<std::string> bytes = animation->Finish();
