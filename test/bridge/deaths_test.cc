@@ -126,8 +126,8 @@ TEST(Deaths, AModuleThatLeftNothingBehindIsReplacedByALaterIncarnationAlone) {
   ASSERT_TRUE(run.RunUntil([&] { return run.sim->tick() == 20; }));
   EXPECT_TRUE(replaced.empty());
   EXPECT_TRUE(controller.computed.empty());
-  ASSERT_EQ(run.sim->turned_away().size(), 1u);
-  EXPECT_NE(run.sim->turned_away()[0].find("incarnation 9 of m2, which answers"),
+  ASSERT_EQ(run.sim->members().turned_away().size(), 1u);
+  EXPECT_NE(run.sim->members().turned_away()[0].find("incarnation 9 of m2, which answers"),
             std::string::npos);
   // It dies without a trace in the middle of a tick.
   Replace(&run, 1, 2, {});

@@ -355,7 +355,7 @@ TEST(Lockstep, AClaimantOfARunningModuleLeavesAndTheRunGoesOn) {
   ASSERT_TRUE(RunInproc(&run.hub, &run.time, {&twin}));
   EXPECT_NE(twin.error().find("already at tick 39"), std::string::npos) << twin.error();
   EXPECT_NE(twin.error().find("has another m2"), std::string::npos) << twin.error();
-  ASSERT_EQ(run.sim->turned_away().size(), 1u);
+  ASSERT_EQ(run.sim->members().turned_away().size(), 1u);
 }
 
 TEST(Lockstep, AStrangerIsTurnedAwayWithoutHarm) {
@@ -369,7 +369,8 @@ TEST(Lockstep, AStrangerIsTurnedAwayWithoutHarm) {
   stranger.Start();
   ASSERT_TRUE(run.Run());
   ExpectWhole(&run);
-  EXPECT_EQ(run.sim->turned_away(), std::vector<std::string>{"'m77' is not part of this run"});
+  EXPECT_EQ(run.sim->members().turned_away(),
+            std::vector<std::string>{"'m77' is not part of this run"});
 }
 
 // Orders from outside.
@@ -383,9 +384,9 @@ TEST(Lockstep, RequestsAndProgramsReachTheirModuleOnce) {
     std::vector<uint8_t> image(3000);
     std::iota(image.begin(), image.end(), 0);
     run.sim->OnBeforeTick([&](int64_t tick) {
-      if (tick == 3) run.sim->Deploy(1, 42, image, 4);
+      if (tick == 3) run.sim->delivery().Deploy(1, 42, image, 4);
       if (tick != 5) return;
-      for (int i = 0; i < 6; ++i) run.sim->Invoke(2, vm::InvokeRequest());
+      for (int i = 0; i < 6; ++i) run.sim->orders().Invoke(2, vm::InvokeRequest());
     });
     ASSERT_TRUE(run.Run());
     ExpectWhole(&run);

@@ -5,11 +5,84 @@
 
 #include <algorithm>
 
+#include "bridge/lockstep/run_ending.h"
 #include "bridge/wire/codec.h"
 #include "test/bridge/fake_run.h"
 
 namespace morphbus::bridge {
 namespace {
+
+/// A run after so many ticks, in which these kept silent and those were lost.
+RunEnding::Facts After(int64_t ticks, const std::vector<std::string>& silent,
+                       const std::vector<std::string>& gone = {}) {
+  RunEnding::Facts facts;
+  facts.ticks = ticks;
+  facts.silent = silent;
+  facts.gone = gone;
+  return facts;
+}
+
+TEST(RunEnding, TheFirstReasonHoldsAndTellsOfThoseThatAreGone) {
+  const auto reason = [](const RunEnding::Facts& facts, const std::string& planned,
+                         const std::vector<std::string>& asked) {
+    RunEnding ending(2, true, false, planned);
+    for (const std::string& each : asked) ending.AskFor(each);
+    return ending.ChooseReason(facts);
+  };
+  EXPECT_EQ(reason({}, "", {}), "finished");
+  EXPECT_EQ(reason({}, "stopped by hand", {}), "stopped by hand") << "as the first run did";
+  EXPECT_EQ(reason(After(3, {}, {"m1", "m2"}), "", {}), "finished, without m1, without m2");
+  EXPECT_EQ(reason(After(3, {"m1"}), "planned", {"interrupted", "later"}), "interrupted");
+  EXPECT_EQ(reason(After(3, {"m1"}), "planned", {}), "m1 does not answer");
+}
+
+TEST(RunEnding, TheSilentAreNamedTheLoggerFirst) {
+  RunEnding ending(5, true, false, "");
+  ending.Conclude(After(3, {"m1", "m2", "LOG", "m3", "m5"}), {});
+  EXPECT_EQ(ending.outcome().error, "LOG, m1, m2 and 2 more do not answer");
+  // What refused the run is the reason for their silence.
+  ending.Refuse("the robot broke");
+  ending.Refuse("and then more");
+  ending.Conclude(After(3, {"m1"}), {});
+  EXPECT_EQ(ending.outcome().error, "the robot broke");
+  EXPECT_FALSE(ending.outcome().ok);
+}
+
+/// What a member tells of one channel.
+morphbus::totals_t Told(const std::string& process, int64_t count, uint64_t hash) {
+  const std::vector<ChannelTotal> totals = {{"test/m1/ACTUATOR", count, hash, true}};
+  return SplitTotals(process, 9, totals).front();
+}
+
+TEST(RunEnding, TheHashIsOfWhatAllHaveToldAndTheLogMustHoldIt) {
+  RunEnding::Facts facts = After(10, {});
+  facts.all_acknowledged = true;
+  for (const bool same : {true, false}) {
+    RunEnding ending(1, true, false, "");
+    EXPECT_TRUE(ending.Take(0, Told("m1", 10, 77)));
+    EXPECT_FALSE(ending.Take(0, Told("m1", 10, 77))) << "it was had before";
+    EXPECT_TRUE(ending.Take(1, Told("LOG", 10, same ? 77 : 78)));
+    ending.Conclude(facts, {});
+    const SimOutcome& outcome = ending.outcome();
+    EXPECT_EQ(outcome.messages, 10);
+    EXPECT_EQ(outcome.run_hash == outcome.recorded_hash, same);
+    EXPECT_EQ(outcome.ok, same);
+    EXPECT_EQ(outcome.error.empty(), same) << outcome.error;
+  }
+}
+
+TEST(RunEnding, WhatTheDeadHavePublishedOnlyTheLoggerKnows) {
+  RunEnding ending(1, true, false, "");
+  ending.Take(1, Told("LOG", 10, 77));
+  RunEnding::Facts facts = After(10, {});
+  facts.all_acknowledged = true;
+  facts.all_vouched_for = false;
+  ending.Conclude(facts, {});
+  EXPECT_FALSE(ending.outcome().run_hash.empty());
+  EXPECT_EQ(ending.outcome().run_hash, ending.outcome().recorded_hash);
+  ending.Conclude(After(10, {}), {});
+  EXPECT_EQ(ending.outcome().run_hash, "") << "a module has not acknowledged END";
+}
 
 /// Wall time of the run in seconds, in the run's virtual time.
 double SecondsOf(const FakeRun& run) { return static_cast<double>(run.time.NowUs()) * 1e-6; }

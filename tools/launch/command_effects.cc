@@ -68,8 +68,8 @@ Result<void> CommandEffects::Apply(const ControlCommand& command, int64_t tick) 
 DeploymentSchedule::Order CommandEffects::OrderOf(const ControlCommand& command,
                                                   int64_t tick) const {
   const auto module = static_cast<size_t>(check_.Addressee(command));
-  return {tick, command.at, images_.Image(command.program_hash).size(), sim_.HopsFrom(module),
-          sim_.deployed_whole()};
+  return {tick, command.at, images_.Image(command.program_hash).size(),
+          sim_.readings().HopsFrom(module), sim_.delivery().whole()};
 }
 
 Result<void> CommandEffects::Push(const ControlCommand& command) {
@@ -88,8 +88,8 @@ void CommandEffects::Deploy(const ControlCommand& command, int64_t tick) {
   std::vector<uint8_t> package(vm::kPackageHeadBytes);
   vm::WritePackageHead(head, package.data());
   package.insert(package.end(), image.begin(), image.end());
-  sim_.Deploy(static_cast<size_t>(check_.Addressee(command)),
-              vm::PackageId(command.program_hash, head), package, times.from_tick);
+  sim_.delivery().Deploy(static_cast<size_t>(check_.Addressee(command)),
+                         vm::PackageId(command.program_hash, head), package, times.from_tick);
 }
 
 Result<void> CommandEffects::Invoke(const ControlCommand& command) {
@@ -98,7 +98,7 @@ Result<void> CommandEffects::Invoke(const ControlCommand& command) {
   if (program == nullptr) return Fail("nobody knows the program that runs there");
   const Result<vm::InvokeRequest> request = ResolveCall(*program, command);
   if (!request) return tl::unexpected(request.error());
-  sim_.Invoke(module, *request);
+  sim_.orders().Invoke(module, *request);
   return {};
 }
 
@@ -106,7 +106,7 @@ void CommandEffects::Inspect(const ControlCommand& command) {
   const bool all = command.part.module.empty();
   for (size_t module = 0; module < check_.num_modules(); ++module) {
     const bool asked = all || module == static_cast<size_t>(check_.ModuleOf(command));
-    if (asked && !sim_.lost(module)) sim_.Inspect(module);
+    if (asked && !sim_.lost(module)) sim_.orders().Inspect(module);
   }
 }
 
