@@ -26,7 +26,7 @@ void ModuleOrders::AddTo(const std::vector<size_t>& members, morphbus::sensors_t
     requests_.pop_front();
   }
   part->num_requests = static_cast<int8_t>(part->requests.size());
-  // Who is inspected is asked with its own reading.
+  // A module that is inspected is asked with its own reading.
   part->inspected.clear();
   for (const size_t module : members) {
     if (inspected_.erase(module) > 0) part->inspected.push_back(static_cast<int16_t>(ids_[module]));

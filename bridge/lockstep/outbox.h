@@ -47,21 +47,19 @@ class Outbox {
 
   /// Fills the header (number on the channel, tick, time, hashes), encodes, hashes, keeps,
   /// publishes. A message over kMaxPayloadBytes is our bug: senders split before.
-  /// @param channel      full name of one of the run's channels.
+  /// @param channel      full name of one of the run's channels, or a Sending, for one that is sent
+  ///                     on again and again.
   /// @param tick         tick that the message speaks of; on hashed channels it never falls.
   /// @param sim_time_us  sim time at which that tick begins.
   /// @param message      of type M; its `header` is overwritten.
-  template <class M>
-  void Send(const std::string& channel, int64_t tick, int64_t sim_time_us, M* message) {
-    SendOn(&StreamOf(channel), tick, sim_time_us, message);
+  template <class Name, class M>
+  void Send(const Name& channel, int64_t tick, int64_t sim_time_us, M* message) {
+    Streams::value_type& to = StreamOf(channel);
+    FillHeader(to.second, tick, sim_time_us, &message->header);
+    Encode(*message, &scratch_);
+    Commit(&to, tick);
   }
-
   class Sending;
-  /// The same for a channel that is sent on again and again.
-  template <class M>
-  void Send(Sending* channel, int64_t tick, int64_t sim_time_us, M* message) {
-    SendOn(&StreamOf(channel), tick, sim_time_us, message);
-  }
 
   /// A module's program was replaced: from now on headers speak of this one.
   void SetProgramHash(uint64_t hash) { sender_.program_hash = hash; }
@@ -130,9 +128,6 @@ class Outbox {
   /// The channel and its stream, begun if need be. The channel must be one of the run's.
   Streams::value_type& StreamOf(const std::string& channel);
   Streams::value_type& StreamOf(Sending* channel);
-  /// Sends as Send() says.
-  template <class M>
-  void SendOn(Streams::value_type* to, int64_t tick, int64_t sim_time_us, M* message);
   /// Fills in all of the header but the CRC.
   void FillHeader(const Stream& stream, int64_t tick, int64_t sim_time_us,
                   morphbus::header_t* header);
@@ -168,12 +163,5 @@ class Outbox::Sending {
   Streams::value_type* stream_ = nullptr;
   int loads_ = 0;
 };
-
-template <class M>
-void Outbox::SendOn(Streams::value_type* to, int64_t tick, int64_t sim_time_us, M* message) {
-  FillHeader(to->second, tick, sim_time_us, &message->header);
-  Encode(*message, &scratch_);
-  Commit(to, tick);
-}
 
 }  // namespace morphbus::bridge

@@ -17,8 +17,8 @@ class PackageDelivery {
  public:
   PackageDelivery(const std::vector<ExpectedModule>& modules, bool realtime);
 
-  /// Begins to give a package to a module. One that has not gone out whole by now is withdrawn:
-  /// nobody runs it.
+  /// Begins to give a package to a module. One that has not gone out whole by now is withdrawn, so
+  /// that no module runs it.
   /// @param id         by which its pieces are told from others'.
   /// @param package    verified by the caller; at least one byte, at most vm::kMaxPackageBytes.
   /// @param from_tick  the first tick that takes a piece.

@@ -77,7 +77,6 @@ void RunParticipants(Bus* bus, const TimeSource& time,
 /// Runs participants on one hub in virtual time until all are done: no sleeping, loss costs no wall
 /// time. Returns false if nothing could happen any more though some participant was not done (our
 /// bug), or if `*stop` (may be null) became true.
-/// `*stop` (may be null) became true.
 bool RunInproc(InprocHub* hub, VirtualTime* time, const std::vector<Participant*>& participants,
                const volatile bool* stop = nullptr);
 

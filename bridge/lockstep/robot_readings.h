@@ -24,7 +24,7 @@ class RobotReadings {
   /// Takes out what connects modules with those that are lost: a connector tells of a mate what the
   /// mate's own electronics say, and of a dead one nothing. `lost` is asked by id.
   void HideLost(const std::function<bool(int id)>& lost);
-  /// Empty, or why nobody could use these readings, as a sentence. `num_modules` is how many
+  /// Empty, or why no module could use these readings, as a sentence. `num_modules` is how many
   /// modules the run has.
   [[nodiscard]] std::string WhyUnusable(size_t num_modules) const;
   /// How many dockings the module furthest from this one (by place in the run) is away; modules

@@ -43,7 +43,7 @@ const std::string& RunEnding::ChooseReason(const Facts& facts) {
   // A run that is done again ends as the first one did.
   if (wrong.empty() && !planned_.empty()) return reason = planned_;
   reason = wrong.empty() ? "finished" : CutText(wrong, kLongestText);
-  // Whoever reads only how the run ended learns that it was not the whole robot's.
+  // A reader of nothing but the reason learns that the run was not the whole robot's.
   for (const std::string& gone : facts.gone) reason += ", without " + gone;
   return reason = CutText(reason, kLongestText);
 }

@@ -36,7 +36,7 @@ class RunEnding {
   struct Facts {
     int64_t ticks = 0;                ///< Computed to their end.
     int64_t missed_deadlines = 0;     ///< As in SimOutcome.
-    std::vector<std::string> silent;  ///< Who kept silent too long.
+    std::vector<std::string> silent;  ///< Members that kept silent too long.
     std::vector<std::string> gone;    ///< Modules that the run went on without.
     bool all_acknowledged = false;    ///< Every module has acknowledged END.
     bool all_vouched_for = true;      ///< As in RunMembers.

@@ -79,8 +79,8 @@ std::string RunMembers::Misfit(int number, const morphbus::hello_t& hello) const
   if (static_cast<uint64_t>(hello.wire_hash) != WireHash()) {
     return differs("build of the wire types", hello.wire_hash, WireHash());
   }
-  // Who computes otherwise says other things of the same input, and no two such runs are the same.
-  // In real time they are not anyway.
+  // A process that computes otherwise says other things of the same input, and no two such runs
+  // are the same. In real time they are not anyway.
   if (!realtime_ && static_cast<uint64_t>(hello.arithmetic_hash) != ArithmeticHash()) {
     return differs("arithmetic", hello.arithmetic_hash, ArithmeticHash()) +
            ": build it with the same options (docs/arithmetic.md), or run with --realtime";
@@ -113,7 +113,7 @@ std::string RunMembers::WhyNoPlace(int number, const morphbus::hello_t& hello,
   if (number >= num_modules()) return claims + "which cannot begin anew";
   if (standing.lost) return claims + "which the run goes on without";
   if (standing.ending) return claims + "but the run is over";
-  // In real time nobody waits for answers, so only silence tells.
+  // In real time the run waits for no answer, so only silence tells.
   const bool answered = standing.answered && !realtime_;
   if (answered || now_us - members_[number].heard_us < kAliveUs) return claims + "which answers";
   return Misfit(number, hello);

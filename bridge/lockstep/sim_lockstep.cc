@@ -1,7 +1,6 @@
 #include "bridge/lockstep/sim_lockstep.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "bridge/lockstep/fingerprint.h"
@@ -18,15 +17,17 @@ bool All(const std::vector<bool>& flags) {
 
 }  // namespace
 
-SimLockstep::SimLockstep(const Config& config) : config_(config) {
+SimLockstep::SimLockstep(const Config& config)
+    : config_(config),
+      patience_(config.num_modules, config.timing),
+      // Real time always has a pace.
+      pace_(config.tick_us, config.realtime && config.speed <= 0 ? 1 : config.speed) {
   MORPHBUS_CHECK(config.num_modules > 0);
   const auto modules = static_cast<size_t>(config.num_modules);
   hello_.assign(modules + (config.logger ? 1 : 0), false);
   end_acked_ = hello_;
   // Only modules answer ticks; the logger acknowledges in its own time.
   answered_ = leaving_ = lost_ = std::vector<bool>(modules, false);
-  asked_for_.assign(modules, -1);
-  if (config_.realtime && config_.speed <= 0) config_.speed = 1;
 }
 
 bool SimLockstep::AllGreeted() const { return All(hello_); }
@@ -47,25 +48,11 @@ bool SimLockstep::WindowOpen() const {
   return !config_.logger || config_.realtime || tick_ + 1 - acknowledged_ <= config_.window;
 }
 
-// When a tick may begin at the chosen speed; at full speed, at any time.
-int64_t SimLockstep::PacedStartUs(int64_t tick) const {
-  if (config_.speed <= 0) return std::numeric_limits<int64_t>::min();
-  constexpr double kLongestUs = 1e15;  // Thirty years: a slower pace would leave int64_t.
-  const double ticks = static_cast<double>(tick - pace_base_tick_);
-  const double us = ticks * config_.tick_us / config_.speed;
-  return pace_base_us_ + static_cast<int64_t>(std::min(us, kLongestUs));
-}
-
-void SimLockstep::Rebase(int64_t now_us) {
-  pace_base_us_ = now_us;
-  pace_base_tick_ = tick_;
-}
-
 void SimLockstep::Begin(int64_t now_us, Actions* /*out*/) {
   // They say HELLO until they hear CLOCK. It comes when all are there, or when that takes long.
   phase_ = Phase::kStart;
   silence_.Heard(now_us);
-  Rebase(now_us);
+  pace_.CountFrom(tick_, now_us);
   heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
 }
 
@@ -81,7 +68,7 @@ void SimLockstep::PublishTick(int64_t now_us, Actions* out) {
   PublishClock(now_us, out);
   out->push_back({SimAction::Kind::kPublishReadings, tick_, -1});
   readings_out_ = tick_;
-  published_us_ = now_us;
+  patience_.Published(now_us);
   ask_.Arm(now_us, Patience(config_.num_modules));
 }
 
@@ -103,23 +90,12 @@ void SimLockstep::OnHello(int process, int64_t now_us, Actions* out) {
 void SimLockstep::OnActuator(int module, int64_t tick, int64_t now_us, Actions* out) {
   if (phase_ != Phase::kStart && phase_ != Phase::kRun) return;
   const bool first = tick == tick_ && NoteFirst(module, now_us, &answered_);
-  if (!first) {
-    // It has come before, so that the request for it was not needed. What comes later is mostly for
-    // the logger, which asks for answers to ticks that are over.
-    const bool fresh = tick == tick_ || now_us - published_us_ < config_.timing.ask_at_least_us;
-    if (module < 0 || module >= config_.num_modules || asked_for_[module] != tick || !fresh) return;
-    asked_for_[module] = -1;
-    ++num_twice_;
-    return;
+  if (!first) return patience_.AnsweredAgain(module, tick, tick == tick_, now_us);
+  patience_.Answered(now_us);
+  if (++num_answers_ == 1 && patience_.LearnAtFirstAnswer(tick_)) {
+    ask_.Arm(patience_.published_us(), Patience(config_.num_modules));
   }
-  ++num_answers_;
-  answered_us_ = now_us;
-  // Whatever came twice of the tick before has come before this. How long to wait may have changed.
-  if (num_answers_ == 1 && num_asked_ > 0 && asked_tick_ < tick_) {
-    LearnFromRequests();
-    ask_.Arm(published_us_, Patience(config_.num_modules));
-  }
-  if (AllAnswered()) Measure();
+  if (AllAnswered() && phase_ == Phase::kRun) patience_.Measure(tick_, num_answers_);
   // What is missing now decides how long the next request waits.
   if (NumMissing() > 0) ask_.Progress(Patience(NumMissing()));
   TryAdvance(now_us, out);
@@ -182,13 +158,13 @@ void SimLockstep::TryAdvance(int64_t now_us, Actions* out) {
     return;
   }
   // A single step and a stop do not wait for the pace.
-  if (now_us < PacedStartUs(tick_ + 1) && steps_ == 0 && !stop_) return Hold();
+  if (now_us < pace_.StartUs(tick_ + 1) && steps_ == 0 && !stop_) return Hold();
   AdvanceOneTick(now_us, out);
 }
 
 int64_t SimLockstep::TickOverUs() const {
-  const int64_t due = PacedStartUs(tick_ + 1);
-  return stop_ ? std::min(due, published_us_ + config_.tick_us) : due;
+  const int64_t due = pace_.StartUs(tick_ + 1);
+  return stop_ ? std::min(due, patience_.published_us() + config_.tick_us) : due;
 }
 
 void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
@@ -196,7 +172,7 @@ void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
   if (phase_ == Phase::kStart) {
     // Tick 0 begins for everybody once the last one has joined.
     phase_ = Phase::kRun;
-    Rebase(now_us);
+    pace_.CountFrom(tick_, now_us);
   }
   if (paused_ && steps_ == 0 && !stop_) return Hold();
   ask_.Disarm();
@@ -207,9 +183,9 @@ void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
   // Whoever was told to leave may not have heard it.
   AskToLeave(out);
   // A sim that fell far behind the wall, or was stopped, does not rush to catch up.
-  if (now_us >= PacedStartUs(tick_ + 1 + kHopelesslyLate)) {
+  if (now_us >= pace_.StartUs(tick_ + 1 + kHopelesslyLate)) {
     missed_deadlines_ += kHopelesslyLate;
-    Rebase(now_us - config_.tick_us);
+    pace_.CountFrom(tick_, now_us - config_.tick_us);
   }
   // Nobody is asked for anything in real time but to acknowledge END.
   AdvanceOneTick(now_us, out);
@@ -218,7 +194,7 @@ void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
 }
 
 void SimLockstep::AdvanceOneTick(int64_t now_us, Actions* out) {
-  if (tick_ > asked_tick_) LearnFromRequests();
+  patience_.TickOver(tick_);
   // The commands of this tick move the robot; the next tick begins unanswered.
   out->push_back({SimAction::Kind::kAdvance, tick_, -1});
   ++tick_;
@@ -360,9 +336,34 @@ void SimLockstep::OnTime(int64_t now_us, Actions* out) {
   Heartbeat(now_us, out);
 }
 
+void SimLockstep::OnAskTimer(int64_t now_us, Actions* out) {
+  // After the last tick only END and the verdict are repeated.
+  if (phase_ == Phase::kEnding) return out->push_back({SimAction::Kind::kRepeatEnd, tick_, -1});
+  if (phase_ == Phase::kConcluding) {
+    return out->push_back({SimAction::Kind::kTellVerdict, tick_, logger_number()});
+  }
+  if (!AllAnswered()) return AskForAnswers(now_us, out);
+  // All answers are there, so if we wait it is for one that leaves, or for the logger.
+  if (AnyLeaving() && !stop_) return AskToLeave(out);
+  if (!WindowOpen()) out->push_back({SimAction::Kind::kPollLogger, tick_, -1});
+}
+
+void SimLockstep::AskForAnswers(int64_t now_us, Actions* out) {
+  patience_.BeginAsking(tick_, num_answers_, phase_ == Phase::kRun);
+  heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
+  // The request comes first: it reaches a module that has answered, and says nothing to one that
+  // lacks SENSORS, which come behind it.
+  for (int i = 0; i < config_.num_modules; ++i) {
+    if (answered_[i]) continue;
+    patience_.Ask(i, tick_);
+    out->push_back({SimAction::Kind::kAskModule, tick_, i});
+  }
+  out->push_back({SimAction::Kind::kRepeatReadings, tick_, -1});
+}
+
 void SimLockstep::OnPublished(int64_t now_us) {
   silence_.Heard(now_us);
-  published_us_ = now_us;
+  patience_.Published(now_us);
   // The time to answer begins now, not when the physics began.
   if (ask_.armed() && phase_ <= Phase::kRun) ask_.Arm(now_us, Patience(config_.num_modules));
 }
@@ -382,7 +383,7 @@ void SimLockstep::Resume(int64_t now_us, Actions* out) {
   paused_ = false;
   // Steps that were asked for but not run yet are forgotten, and the pause is not caught up.
   steps_ = 0;
-  Rebase(now_us);
+  pace_.CountFrom(tick_, now_us);
   TryAdvance(now_us, out);
 }
 
@@ -391,9 +392,8 @@ void SimLockstep::Step(int64_t ticks, int64_t now_us, Actions* out) {
   // In real time the pause is not caught up: the next tick is due now, but for one that has only
   // begun, and others follow at the pace, which leaves modules their time to answer.
   if (config_.realtime && steps_ == 0) {
-    Rebase(published_us_);
-    Rebase(std::max(now_us, PacedStartUs(tick_ + 1)));
-    ++pace_base_tick_;
+    pace_.CountFrom(tick_, patience_.published_us());
+    pace_.CountFrom(tick_ + 1, std::max(now_us, pace_.StartUs(tick_ + 1)));
   }
   steps_ += ticks;
   TryAdvance(now_us, out);
@@ -401,8 +401,8 @@ void SimLockstep::Step(int64_t ticks, int64_t now_us, Actions* out) {
 
 void SimLockstep::SetSpeed(double speed, int64_t now_us, Actions* out) {
   // Real time always has a pace; the new one counts from the present tick.
-  config_.speed = config_.realtime && speed <= 0 ? 1 : speed;
-  Rebase(now_us);
+  pace_.SetSpeed(config_.realtime && speed <= 0 ? 1 : speed);
+  pace_.CountFrom(tick_, now_us);
   TryAdvance(now_us, out);
 }
 
@@ -430,8 +430,8 @@ int64_t SimLockstep::next_deadline_us() const {
   if (phase_ < Phase::kEnding) next = std::min(next, heartbeat_due_us_);
   const bool waits_for_pace = holding_ || (config_.realtime && phase_ == Phase::kRun);
   const bool moves = !paused_ || steps_ > 0 || (config_.realtime && stop_);
-  if (waits_for_pace && moves && config_.speed > 0) {
-    next = std::min(next, config_.realtime ? TickOverUs() : PacedStartUs(tick_ + 1));
+  if (waits_for_pace && moves && pace_.limited()) {
+    next = std::min(next, config_.realtime ? TickOverUs() : pace_.StartUs(tick_ + 1));
   }
   return next;
 }

@@ -7,8 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "bridge/lockstep/answer_patience.h"
 #include "bridge/lockstep/outbox.h"
 #include "bridge/lockstep/retry_timer.h"
+#include "bridge/lockstep/tick_pace.h"
 
 namespace morphbus::bridge {
 
@@ -164,8 +166,6 @@ class SimLockstep {
   [[nodiscard]] bool AllGreeted() const;
   /// The logger is close enough behind for another tick.
   [[nodiscard]] bool WindowOpen() const;
-  /// Wall time at which a tick begins at the chosen speed.
-  [[nodiscard]] int64_t PacedStartUs(int64_t tick) const;
   /// Real time: wall time at which the present tick is over, whoever has answered. A run that is to
   /// stop does not wait for a slow pace.
   [[nodiscard]] int64_t TickOverUs() const;
@@ -195,14 +195,10 @@ class SimLockstep {
   void Conclude(int64_t now_us, Actions* out);
   /// Lets everybody go and ends the machine's work.
   void Finish(Actions* out);
-  /// How long all answers to a tick usually take, microseconds.
-  [[nodiscard]] int64_t UsualUs() const;
   /// How long to wait for `missing` answers before they are asked for, microseconds.
-  [[nodiscard]] int64_t Patience(int missing) const;
-  /// Learns from the answers that were asked for in a tick before the present one.
-  void LearnFromRequests();
-  /// Learns from the answers of a tick that came before any was asked for.
-  void Measure();
+  [[nodiscard]] int64_t Patience(int missing) const {
+    return patience_.Of(missing, phase_ == Phase::kRun);
+  }
   /// Answers that the present tick still lacks.
   [[nodiscard]] int NumMissing() const { return config_.num_modules - num_lost_ - num_answers_; }
   /// Asks for answers to the present tick, and repeats what those modules may have missed.
@@ -219,8 +215,6 @@ class SimLockstep {
   [[nodiscard]] bool OnlySilentMissing() const;
   /// Gives up on whoever has kept silent for longer than the present phase allows.
   void CheckSilence(int64_t now_us, Actions* out);
-  /// Makes the present tick the one from which the pace counts.
-  void Rebase(int64_t now_us);
 
   Config config_;
   Phase phase_ = Phase::kIdle;
@@ -240,24 +234,13 @@ class SimLockstep {
   bool holding_ = false;  ///< All is there, but it is not time for the next tick.
   int64_t steps_ = 0;     ///< Ticks to run though paused.
   RetryTimer ask_;
-  // How long it takes until no more answers come unasked; when the present one was published, how
-  // many have answered it, and when the last of them did. `asked_tick_` is the last tick in which
-  // somebody was asked, `asked_for_` the tick that each module was last asked for, -1 once that is
-  // settled.
-  ResponseTime response_;
-  Caution caution_;
-  int64_t published_us_ = 0, answered_us_ = 0;
-  int num_answers_ = 0;
-  int64_t asked_tick_ = -1;
-  std::vector<int64_t> asked_for_;
-  // How many modules were asked in that tick, and how many of their answers came twice.
-  int num_asked_ = 0, num_twice_ = 0;
+  AnswerPatience patience_;
+  int num_answers_ = 0;  ///< To the present tick.
   // The last tick whose CLOCK, and whose SENSORS and WORLD were published.
   int64_t clock_out_ = -1, readings_out_ = -1;
   SilenceMeter silence_;
-  // Wall times: when CLOCK is repeated, and when the tick began from which the pace counts.
-  int64_t heartbeat_due_us_ = 0;
-  int64_t pace_base_us_ = 0, pace_base_tick_ = 0;
+  int64_t heartbeat_due_us_ = 0;  ///< Wall time at which CLOCK is repeated.
+  TickPace pace_;
   int64_t missed_deadlines_ = 0;
   // Numbers of the processes that were given up, in the order in which they were found silent.
   std::vector<int> silent_;

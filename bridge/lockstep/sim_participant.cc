@@ -79,7 +79,7 @@ void SimParticipant::RequestStop(const std::string& reason) {
 
 void SimParticipant::Refuse(const std::string& why) {
   ending_.Refuse(why);
-  // A run that cannot go on ends at once: nobody is asked for the present tick's answers.
+  // A run that cannot go on ends at once: the present tick's answers are not asked for.
   Tell(&SimLockstep::Stop, true);
 }
 
@@ -144,8 +144,8 @@ void SimParticipant::OnActuator(int module, const uint8_t* data, size_t size) {
   const int64_t tick = command_.header.tick;
   const int64_t number = command_.header.sequence;
   const std::string channel = expected.name + "/ACTUATOR";
-  // In lockstep nobody answers a tick that is not out, or long over, and a command's number is its
-  // tick. In real time an answer may come any time late.
+  // In lockstep no module answers a tick that is not out, or long over, and a command's number is
+  // its tick. In real time an answer may come any time late.
   const bool can_be = options_.realtime || (tick <= machine_.tick() &&
                                             tick >= machine_.tick() - kKeptTicks && number == tick);
   if (!can_be) {
@@ -204,7 +204,7 @@ void SimParticipant::OnTransform(size_t module, const uint8_t* data, size_t size
 }
 
 void SimParticipant::ListenForNews() {
-  // In real time nobody asks for a piece that was lost: the module is listened to instead.
+  // In real time a piece that was lost is not asked for: the module is listened to instead.
   const std::optional<size_t> awaited = delivery_.awaited();
   if (awaited == listened_to_) return;
   const auto channel = [this](size_t module) {
@@ -231,7 +231,7 @@ void SimParticipant::CarryOut(const SimAction& action) {
     case SimAction::Kind::kAdvance:
       return Advance(action.tick);
     case SimAction::Kind::kAskModule:
-      // In lockstep the number is the tick; in real time nobody asks.
+      // In lockstep the number is the tick; in real time no answer is asked for.
       return AskForResend(members_.name(action.process), Topic::kActuator, action.tick,
                           action.tick);
     // The header of the request says at which tick the sim is.
@@ -279,7 +279,7 @@ void SimParticipant::PublishReadings(int64_t tick) {
                                delivery_.AddTo(members, tick, part);
                                ListenForNews();
                              });
-  // Sensing takes a while, during which nobody else is late.
+  // Sensing takes a while, during which no module is late.
   machine_.OnPublished(now_us());
   if (after_tick_) after_tick_(tick);
 }

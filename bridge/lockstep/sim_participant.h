@@ -149,7 +149,7 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   void ReportMissing();
   /// Ends the run at once, with an error.
   void Refuse(const std::string& why);
-  /// Whether the machine's number is that of a module, and not the logger's or nobody's.
+  /// Whether the machine's number is that of a module, and not the logger's or a stranger's.
   [[nodiscard]] bool IsModule(int process) const {
     return process >= 0 && process < members_.num_modules();
   }
@@ -167,7 +167,7 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   std::optional<size_t> listened_to_;
   RunEnding ending_;
   bool verdict_told_ = false;  ///< The logger was told how the run ended, and that holds.
-  /// Who answers late in real time.
+  /// Which modules answer late in real time.
   Punctuality punctuality_;
   /// Of the numbers of each module's ACTUATOR.
   std::vector<SequenceTracker> received_;

@@ -33,6 +33,52 @@ TEST(ResponseTime, PatienceFollowsTheAnswers) {
   EXPECT_EQ(response.patience_us(7000, kTiming), kTiming.ask_slowest_us);
 }
 
+TEST(TickPace, TicksBeginAtTheirSpeedFromTheTickThatItCountsFrom) {
+  TickPace pace(20'000, 2);
+  pace.CountFrom(10, 1'000'000);
+  EXPECT_EQ(pace.StartUs(10), 1'000'000);
+  EXPECT_EQ(pace.StartUs(13), 1'030'000);
+  pace.SetSpeed(0.5);
+  EXPECT_EQ(pace.StartUs(13), 1'120'000);
+  // The slowest pace there is still makes a time that can be waited for.
+  pace.SetSpeed(1e-300);
+  EXPECT_GT(pace.StartUs(11), 1'000'000'000);
+  pace.SetSpeed(0);
+  EXPECT_FALSE(pace.limited());
+  EXPECT_LT(pace.StartUs(1000), 0) << "at any time";
+}
+
+TEST(AnswerPatience, FewAreAwaitedForLessTimeAndInVainForMore) {
+  AnswerPatience patience(8, kTiming);
+  for (int64_t tick = 0; tick < 20; ++tick) {
+    patience.Published(1'000'000 * tick);
+    patience.Answered(1'000'000 * tick + 4000);
+    patience.Measure(tick, 8);
+    patience.TickOver(tick);
+  }
+  EXPECT_LT(patience.Of(1, true), patience.Of(8, true));
+  EXPECT_LT(patience.Of(8, false), patience.Of(8, true)) << "nothing is known of losses at first";
+  // Asked for and then answered once: it had been lost, and the next wait is shorter.
+  const int64_t cautious_us = patience.Of(8, true);
+  const auto ask = [&](int64_t tick) {
+    patience.BeginAsking(tick, 6, true);
+    patience.Ask(6, tick);
+    patience.Ask(7, tick);
+  };
+  for (int64_t tick = 20; tick < 30; ++tick) {
+    ask(tick);
+    patience.TickOver(tick);
+  }
+  ask(30);
+  const int64_t bold_us = patience.Of(8, true);
+  EXPECT_LT(bold_us, cautious_us);
+  // Both answers came twice: they had only been late.
+  for (const int module : {6, 7}) patience.AnsweredAgain(module, 30, true, 1'000'000 * 30);
+  EXPECT_TRUE(patience.LearnAtFirstAnswer(31));
+  EXPECT_FALSE(patience.LearnAtFirstAnswer(31)) << "there is nothing more to learn";
+  EXPECT_GT(patience.Of(8, true), bold_us);
+}
+
 TEST(RetryTimer, ThePauseDoublesOnceSixteenRequestsWereInVain) {
   RetryTimer timer;
   EXPECT_FALSE(timer.Fire(1'000'000, kTiming));
