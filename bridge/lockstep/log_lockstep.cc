@@ -77,11 +77,11 @@ LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phas
                                         int sensors_parts, int world_parts, int64_t now_us,
                                         Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return Taken::kKnown;
-  if (!InWindow(tick)) return Taken::kImpossible;
+  if (!InWindow(tick)) return Taken::kOutside;
   silence_.Heard(now_us);
   hello_.SimHeard();
   const bool end = phase == morphbus::sim_clock_t::PHASE_END;
-  if (!end && sequence != tick) return Taken::kImpossible;
+  if (!end && sequence != tick) return Taken::kMisnumbered;
   // The first CLOCK tells what a whole tick consists of, and all others say the same.
   if (num_modules_ < 0) {
     num_modules_ = num_modules;
@@ -113,11 +113,11 @@ LogLockstep::Taken LogLockstep::OnEnd(int64_t tick, int64_t now_us, Actions* out
 LogLockstep::Taken LogLockstep::OnPart(Topic topic, int64_t sequence, int64_t tick, int64_t now_us,
                                        Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return Taken::kKnown;
-  if (!InWindow(tick)) return Taken::kImpossible;
+  if (!InWindow(tick)) return Taken::kOutside;
   if (num_modules_ < 0) return Unknown(tick, now_us, out);
   // These channels have a fixed number of messages a tick.
   const int parts = topic == Topic::kSensors ? sensors_parts_ : world_parts_;
-  if (parts < 1 || sequence / parts != tick) return Taken::kImpossible;
+  if (parts < 1 || sequence / parts != tick) return Taken::kMisnumbered;
   ReceivedSet& received = topic == Topic::kSensors ? sensors_ : world_;
   return Note(received.Take(sequence, config_.realtime), tick, now_us, out);
 }
@@ -125,13 +125,13 @@ LogLockstep::Taken LogLockstep::OnPart(Topic topic, int64_t sequence, int64_t ti
 LogLockstep::Taken LogLockstep::OnModule(Topic topic, int module, int64_t sequence, int64_t tick,
                                          int64_t status_count, int64_t now_us, Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return Taken::kKnown;
-  if (!InWindow(tick)) return Taken::kImpossible;
+  if (!InWindow(tick)) return Taken::kOutside;
   if (module < 0 || static_cast<size_t>(module) >= modules_.size()) {
     return Unknown(tick, now_us, out);
   }
   // Whoever has left is silent. In real time it may say a little more before it does.
   if (!config_.realtime && !lost_.empty() && tick >= EndOf(static_cast<size_t>(module))) {
-    return Taken::kImpossible;
+    return Taken::kMisnumbered;
   }
   Module& m = modules_[module];
   ReceivedSet& received = topic == Topic::kTransform
@@ -141,9 +141,9 @@ LogLockstep::Taken LogLockstep::OnModule(Topic topic, int module, int64_t sequen
   const bool numbered = topic != Topic::kStatus;
   // In real time it may leave out some ticks, and then its numbers stay behind.
   if (numbered && (config_.realtime ? sequence > tick : sequence != tick))
-    return Taken::kImpossible;
-  if (sequence >= received.next + static_cast<int64_t>(kMostBeyond)) return Taken::kImpossible;
-  if (status_count > m.status.next + static_cast<int64_t>(kMostBeyond)) return Taken::kImpossible;
+    return Taken::kMisnumbered;
+  if (sequence >= received.next + static_cast<int64_t>(kMostBeyond)) return Taken::kMisnumbered;
+  if (status_count > m.status.next + static_cast<int64_t>(kMostBeyond)) return Taken::kMisnumbered;
   // STATUS is not sent every tick: ACTUATOR tells how many there are by now.
   const bool fresh = received.Take(sequence, config_.realtime);
   if (fresh && topic == Topic::kActuator && !config_.realtime) {

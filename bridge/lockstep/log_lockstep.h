@@ -68,19 +68,18 @@ class LogLockstep {
   /// The machine is idle until Begin, and ignores every event before it.
   explicit LogLockstep(const Config& config);
 
-  /// Whether a message of the tick can have been published by now, and is not over for longer than
-  /// anybody keeps it. In lockstep the sim is at most a window ahead of what was acknowledged; in
-  /// real time a message may come any time late.
-  [[nodiscard]] bool InWindow(int64_t tick) const;
-
   /// Says HELLO; from now on everything is awaited.
   void Begin(int64_t now_us, Actions* out);
   /// CLOCK says that from `tick` on the run goes on without this module. Call after OnClock of that
   /// tick, if that was kFresh.
   void Lose(const std::string& name, int64_t tick, int64_t now_us, Actions* out);
-  /// What became of a message: it is new, it was there already or is not placed yet, or it is of a
-  /// tick or a number that cannot be.
-  enum class Taken : uint8_t { kFresh, kKnown, kImpossible };
+  /// What became of a message.
+  enum class Taken : uint8_t {
+    kFresh,
+    kKnown,        ///< It was there already, or cannot be placed yet.
+    kOutside,      ///< It is of a tick that cannot be by now, or that is over for long.
+    kMisnumbered,  ///< Its number does not belong to its tick.
+  };
   /// CLOCK, with its number on the channel.
   Taken OnClock(int64_t sequence, int64_t tick, int phase, int num_modules, int sensors_parts,
                 int world_parts, int64_t now_us, Actions* out);
@@ -154,6 +153,10 @@ class LogLockstep {
     std::vector<std::pair<int64_t, int64_t>> status_counts;
   };
 
+  /// Whether a message of the tick can have been published by now, and is not over for longer than
+  /// anybody keeps it. In lockstep the sim is at most a window ahead of what was acknowledged; in
+  /// real time a message may come any time late.
+  [[nodiscard]] bool InWindow(int64_t tick) const;
   /// Notes a message that cannot be placed yet, so that it is asked for again later.
   Taken Unknown(int64_t tick, int64_t now_us, Actions* out);
   /// CLOCK with PHASE_END.

@@ -19,7 +19,6 @@
 #include <morphbus/world_t.hpp>
 #include <utility>
 
-#include "bridge/lockstep/run_totals.h"
 #include "bridge/wire/sealed_bus.h"
 #include "bridge/wire/wire_peek.h"
 
@@ -72,8 +71,6 @@ LogParticipant::LogParticipant(Bus* bus, const TimeSource* time, LogParticipantO
       options_(std::move(options)),
       record_(std::move(record)) {}
 
-LogParticipant::~LogParticipant() = default;
-
 LogParticipant::Moment LogParticipant::CurrentMoment() const {
   // The logger has no tick of its own; it speaks of the last one that it has whole.
   return {std::max<int64_t>(0, machine_.complete_tick()), 0};
@@ -101,7 +98,7 @@ void LogParticipant::OnMessage(std::string_view channel, const uint8_t* data, si
   // Everything on the run's channels goes to the recorder, with a note of what it is worth.
   LoggedMessage message{channel, data, size};
   // A channel that has begun is one of the run's, and was taken apart then.
-  ReceivedStream* const stream = FindStream(channel);
+  ReceivedStream* const stream = streams_.Find(channel);
   const std::optional<ChannelName> name = stream != nullptr ? stream->name : ParseChannel(channel);
   morphbus::header_t header;
   const bool ours = stream != nullptr || (name && name->run == options_.run && HasChannel(*name));
@@ -134,24 +131,44 @@ void LogParticipant::TakeHashed(const ChannelName& name, ReceivedStream* stream,
   const MaybeTaken taken = TellMachine(name, stream, header, message);
   message->bad = !taken.has_value();
   if (message->bad) return;
-  if (*taken == Taken::kImpossible) {
-    const bool in_window = machine_.InWindow(header.tick);
-    message->refused = true;
-    return CountRefused(&Ledger::outside_window, message->channel,
-                        in_window ? "number " + std::to_string(header.sequence) +
-                                        " does not belong to tick " + std::to_string(header.tick)
-                                  : "tick " + std::to_string(header.tick) + " after tick " +
-                                        std::to_string(machine_.complete_tick()));
+  message->refused = *taken == Taken::kOutside || *taken == Taken::kMisnumbered;
+  if (message->refused) {
+    const std::string tick = "tick " + std::to_string(header.tick);
+    return CountRefused(
+        &Ledger::outside_window, message->channel,
+        *taken == Taken::kOutside
+            ? tick + " after tick " + std::to_string(machine_.complete_tick())
+            : "number " + std::to_string(header.sequence) + " does not belong to " + tick);
   }
   message->duplicate = *taken == Taken::kKnown;
   // A stream begins with a new payload: modules that nobody has named yet have none.
-  if (stream == nullptr && !message->duplicate) stream = &BeginStream(message->channel);
+  if (stream == nullptr && !message->duplicate) stream = &BeginStream(*message, name);
   if (stream == nullptr) return;
   message->channel_index = stream->index;
   // Gaps, repeats and contradictions go to the ledger, new payloads into the channel's hash.
   const uint64_t digest = MessageDigest(message->data, message->size);
   Track(&stream->tracker, message->channel, header.sequence, digest);
   if (!message->duplicate) stream->Add(header.sequence, digest, !options_.realtime);
+}
+
+ReceivedStream& LogParticipant::BeginStream(const LoggedMessage& message, const ChannelName& name) {
+  // Of its numbers a window of ticks is remembered; in each the simulator's may have many parts.
+  const int parts = name.process == kSimProcess ? machine_.most_parts() : 1;
+  return streams_.Begin(message.channel, machine_.ModuleNumber(name.process),
+                        2 * options_.window * parts);
+}
+
+void LogParticipant::CompareTotals(const ChannelName& name, const uint8_t* data, size_t size) {
+  // Before the run and after it there is nothing to compare.
+  morphbus::health_t health;
+  if (machine_.done() || !Decode(data, size, {}, &health)) return;
+  const std::string process(name.process);
+  const std::string topic = streams_.FirstDifference(options_.run + "/" + process + "/",
+                                                     health.totals, options_.realtime);
+  if (topic.empty()) return;
+  error_ =
+      "LOG recorded other messages on " + process + "/" + topic + " than " + process + " published";
+  machine_.GiveUp();
 }
 
 void LogParticipant::TakeOther(const ChannelName& name, LoggedMessage* message) {

@@ -4,8 +4,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,9 +11,7 @@
 
 #include "bridge/lockstep/lockstep_participant.h"
 #include "bridge/lockstep/log_lockstep.h"
-#include "bridge/lockstep/run_totals.h"
-#include "bridge/wire/channels.h"
-#include "bridge/wire/stream_hash.h"
+#include "bridge/lockstep/received_streams.h"
 
 namespace morphbus::bridge {
 
@@ -48,29 +44,6 @@ struct LoggedMessage {
   bool end = false;
 };
 
-/// One hashed channel as received: counts its payloads and hashes them in the order of their
-/// numbers.
-struct ReceivedStream {
-  ChannelName name;         ///< Of the channel, taken apart.
-  int module = -1;          ///< Whose it is, by the machine's number; -1: not a module's.
-  int index = 0;            ///< Among all streams, in the order of their beginnings.
-  SequenceTracker tracker;  ///< Of the numbers that came.
-  int64_t next = 0;         ///< Number of the next payload to hash.
-  int64_t count = 0;        ///< Distinct messages.
-  StreamHash hash;
-  bool gapless = true;  ///< Every number came when it was its turn.
-  /// Hashes of payloads beyond a gap, by number; bounded by the machine's window.
-  std::map<int64_t, uint64_t> early;
-  std::string_view channel;  ///< Its name, which the logger holds.
-  ReceivedStream* follower =
-      nullptr;  ///< The one of the message that came after the last one here.
-
-  /// Takes a new payload by its XXH3. `in_order`: those beyond a gap wait until it is filled.
-  void Add(int64_t sequence, uint64_t digest, bool in_order);
-  /// Has the processor fetch what the next message will need. Nothing else changes.
-  void Fetch() const;
-};
-
 /// The logger as a participant of a run. It lacks nothing in the end, or says so by error().
 class LogParticipant : public LockstepParticipant<LogLockstep> {
  public:
@@ -80,7 +53,6 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   /// `bus` and `time` outlive the participant. `record` gets every message on RUN/..., in order of
   /// arrival.
   LogParticipant(Bus* bus, const TimeSource* time, LogParticipantOptions options, Recorder record);
-  ~LogParticipant() override;
 
   /// Answers requests for the run's description (INFO): `publish_info` is called whenever someone
   /// asks on RUN/LOG/RESEND.
@@ -114,9 +86,9 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   }
   /// Count and hash of every hashed channel, as received, in order of name; equal to the
   /// publishers' once complete().
-  [[nodiscard]] std::vector<ChannelTotal> totals() const;
+  [[nodiscard]] std::vector<ChannelTotal> totals() const { return streams_.totals(); }
   /// Hash over totals(), 32 hexadecimal digits.
-  [[nodiscard]] std::string run_hash() const;
+  [[nodiscard]] std::string run_hash() const { return RunHash(totals()); }
 
  private:
   [[nodiscard]] Moment CurrentMoment() const override;
@@ -144,11 +116,8 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   bool HasChannel(const ChannelName& name);
   /// Tells the machine of the modules that SENSORS names; false if the message is bad.
   bool TakeNames(const uint8_t* data, size_t size);
-  // These three are in log_participant_checks.cc.
   /// Begins to note what comes on a channel, of which nothing has come yet.
-  ReceivedStream& BeginStream(std::string_view channel);
-  /// What has come on a channel; null if nothing has.
-  ReceivedStream* FindStream(std::string_view channel);
+  ReceivedStream& BeginStream(const LoggedMessage& message, const ChannelName& name);
   /// Compares what a process says it has published with what was recorded. If they differ the
   /// run is over.
   void CompareTotals(const ChannelName& name, const uint8_t* data, size_t size);
@@ -162,10 +131,9 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   void AnswerInfo();
 
   LogParticipantOptions options_;
-  // Where every message goes, and the hashed channels by full name.
+  // Where every message goes, and what has come on the hashed channels.
   Recorder record_;
-  TextTable<std::unique_ptr<ReceivedStream>> streams_;
-  ReceivedStream* last_stream_ = nullptr;  ///< Of the last message on a channel that has one.
+  ReceivedStreams streams_;
   std::function<void()> publish_info_;
   // Somebody wants the description, and the wall time before which it is not published again.
   bool info_wanted_ = false;
