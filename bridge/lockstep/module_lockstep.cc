@@ -73,15 +73,17 @@ void ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* o
   }
 }
 
-bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
-                               const std::vector<uint16_t>& mates, int64_t now_us, Actions* out) {
-  if (phase_ != Phase::kRun || part < 0 || part >= num_parts) return false;
-  if (!InWindow(tick)) {
+ModuleLockstep::Taken ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
+                                                const std::vector<uint16_t>& mates, int64_t now_us,
+                                                Actions* out) {
+  if (left()) return Taken::kForOthers;
+  if (!InWindow(tick) || part < 0 || part >= num_parts) {
     // In lockstep nothing of a later tick can exist before we answered this one, unless another
     // process did.
-    if (tick > tick_) ahead_tick_ = tick;
-    return false;
+    if (phase_ == Phase::kRun && tick > tick_) ahead_tick_ = tick;
+    return Taken::kImpossible;
   }
+  if (phase_ != Phase::kRun) return Taken::kKnown;
   silence_.Heard(now_us);
   ahead_tick_ = -1;
   // In real time what came for an older tick no longer matters.
@@ -90,14 +92,14 @@ bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
     parts_.clear();
     have_reading_ = false;
   }
-  if (tick != tick_) return false;
+  if (tick != tick_) return Taken::kKnown;
   // The first part tells how many there are.
   if (parts_.empty() || num_parts != num_parts_) {
     num_parts_ = num_parts;
     parts_.assign(static_cast<size_t>(num_parts), false);
   }
   // A part that came before is a repetition.
-  if (parts_[part]) return false;
+  if (parts_[part]) return Taken::kKnown;
   parts_[part] = true;
   // Our own reading says which neighbours the tick waits for.
   const bool counts = mine && !have_reading_;
@@ -106,18 +108,27 @@ bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
     mates_ = mates;
   }
   TryCompute(now_us, out);
-  return true;
+  return Taken::kFresh;
 }
 
-bool ModuleLockstep::OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Actions* out) {
-  if (phase_ != Phase::kRun || tick < 0) return false;
+ModuleLockstep::Taken ModuleLockstep::OnTransform(uint16_t mate, int64_t sequence, int64_t tick,
+                                                  int64_t now_us, Actions* out) {
+  if (left()) return Taken::kForOthers;
+  // In lockstep the number is the tick.
+  if (!InWindow(tick) || tick < 0 || (!config_.realtime && sequence != tick)) {
+    return Taken::kImpossible;
+  }
   // Only this tick's and the last one's messages are of use; a slot holds one of each parity.
-  if (!InWindow(tick) || (!config_.realtime && tick < tick_ - 1)) return false;
+  if (phase_ == Phase::kIdle || (!config_.realtime && tick < tick_ - 1)) return Taken::kKnown;
   int64_t& slot = FindOrAdd(mate)->ticks[tick & 1];
-  if (slot >= tick) return false;
+  if (slot >= tick) return Taken::kKnown;
   slot = tick;
-  TryCompute(now_us, out);
-  return true;
+  if (phase_ == Phase::kRun) TryCompute(now_us, out);
+  return Taken::kFresh;
+}
+
+void ModuleLockstep::Forget(uint16_t mate) {
+  std::erase_if(heard_, [mate](const Mate& entry) { return entry.id == mate; });
 }
 
 ModuleLockstep::Mate* ModuleLockstep::FindOrAdd(uint16_t id) {
@@ -131,6 +142,11 @@ ModuleLockstep::Mate* ModuleLockstep::FindOrAdd(uint16_t id) {
 bool ModuleLockstep::Has(uint16_t mate, int64_t tick) const {
   return std::any_of(heard_.begin(), heard_.end(),
                      [&](const Mate& m) { return m.id == mate && m.ticks[tick & 1] == tick; });
+}
+
+int64_t ModuleLockstep::NewestOf(uint16_t mate) const {
+  const auto found = std::ranges::find(heard_, mate, &Mate::id);
+  return found == heard_.end() ? -1 : std::max(found->ticks[0], found->ticks[1]);
 }
 
 bool ModuleLockstep::Complete() const {

@@ -62,13 +62,21 @@ class ModuleLockstep {
   void OnLeave(int64_t now_us, Actions* out);
   /// CLOCK, phase as in sim_clock_t.
   void OnClock(int64_t tick, int phase, int64_t now_us, Actions* out);
+  /// What becomes of a message. What follows from it is in `out` already, so that the content of
+  /// one that is kFresh must be in place before that is carried out.
+  enum class Taken : uint8_t {
+    kFresh,       ///< It is of use: of the tick to compute, or TRANSFORM of the one before.
+    kKnown,       ///< It was there already, or is too old to be of use.
+    kImpossible,  ///< It is of a tick or number that cannot be.
+    kForOthers,   ///< The run goes on without this module.
+  };
   /// Part of SENSORS. `mine`: it holds this module's reading, and these distinct modules are mated.
-  /// Returns true if the part is of the tick to compute and was not there yet: the reading counts.
-  bool OnSensors(int64_t tick, int part, int num_parts, bool mine,
-                 const std::vector<uint16_t>& mates, int64_t now_us, Actions* out);
-  /// TRANSFORM of a module that is or was mated. Returns true if its content is of use (this tick's
-  /// or the last one's, not had yet).
-  bool OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Actions* out);
+  Taken OnSensors(int64_t tick, int part, int num_parts, bool mine,
+                  const std::vector<uint16_t>& mates, int64_t now_us, Actions* out);
+  /// TRANSFORM of a module that is or was mated, with its number on the channel.
+  Taken OnTransform(uint16_t mate, int64_t sequence, int64_t tick, int64_t now_us, Actions* out);
+  /// What a module has said is not kept any more: it does not count as there.
+  void Forget(uint16_t mate);
   /// A process asked for a message: the run is not over yet for all.
   void OnAsked(int64_t now_us) { silence_.Heard(now_us); }
   /// The sim says that the run is over for everybody.
@@ -89,11 +97,10 @@ class ModuleLockstep {
   [[nodiscard]] bool knows_all() const { return knows_all_; }
   /// SENSORS is there, and a neighbour's TRANSFORM is not: it was lost, or comes late.
   [[nodiscard]] bool waits_for_mates() const { return phase_ == Phase::kRun && ask_.armed(); }
-  /// Whether SENSORS or TRANSFORM of the tick can have been published by now, and is not over for
-  /// longer than anybody keeps it. In lockstep a module knows the last tick there is: SENSORS of
-  /// the one that it has not answered, TRANSFORM of that one, too, since a neighbour may be
-  /// quicker. In real time it may be any number of ticks behind.
-  [[nodiscard]] bool InWindow(int64_t tick) const;
+  /// TRANSFORM of that tick has come from that module.
+  [[nodiscard]] bool Has(uint16_t mate, int64_t tick) const;
+  /// The newest tick of which it has; -1: none.
+  [[nodiscard]] int64_t NewestOf(uint16_t mate) const;
   /// END was heard.
   [[nodiscard]] bool end_heard() const { return end_tick_ >= 0; }
 
@@ -112,8 +119,11 @@ class ModuleLockstep {
 
   /// The entry of a neighbour, begun if need be.
   Mate* FindOrAdd(uint16_t id);
-  /// TRANSFORM of that tick has come from that neighbour.
-  [[nodiscard]] bool Has(uint16_t mate, int64_t tick) const;
+  /// Whether SENSORS or TRANSFORM of the tick can have been published by now, and is not over for
+  /// longer than anybody keeps it. In lockstep a module knows the last tick there is: SENSORS of
+  /// the one that it has not answered, TRANSFORM of that one, too, since a neighbour may be
+  /// quicker. In real time it may be any number of ticks behind.
+  [[nodiscard]] bool InWindow(int64_t tick) const;
   /// Our own reading of the tick is there, and all other parts of SENSORS if none was ever whole.
   [[nodiscard]] bool Complete() const;
   /// Computes the tick if sensors and the neighbours' messages are there, else asks.

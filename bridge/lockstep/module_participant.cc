@@ -1,9 +1,10 @@
 #include "bridge/lockstep/module_participant.h"
 
 #include <algorithm>
-#include <cstring>
 #include <morphbus/actuator_t.hpp>
-#include <morphbus/hello_t.hpp>
+#include <morphbus/admit_t.hpp>
+#include <morphbus/leave_t.hpp>
+#include <morphbus/resend_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <utility>
 
@@ -11,7 +12,6 @@
 #include "bridge/wire/own_sensors.h"
 #include "bridge/wire/sealed_bus.h"
 #include "bridge/wire/vm_codec.h"
-#include "bridge/wire/wire_peek.h"
 #include "bridge/wire/wire_size.h"
 
 namespace morphbus::bridge {
@@ -23,21 +23,6 @@ constexpr Interest kClockInterest{true, 1, kFirstFieldOffset, morphbus::sim_cloc
 
 /// In real time a mate's message this many ticks old is still better than none.
 constexpr int64_t kOldestUseful = 3;
-
-/// First bytes of a snapshot. It says whose state follows, so that another module's or build's is
-/// refused.
-struct SnapshotHead {
-  uint64_t magic = 0x4d42534e41503031;  // "MBSNAP01"
-  int64_t next_tick = 0;
-  int64_t claim = 0;
-  uint64_t program_hash = 0;
-  uint64_t kinematics_hash = 0;
-  uint64_t state_size = 0;
-  uint32_t incarnation = 0;
-  uint16_t module_id = 0;
-  uint8_t left = 0;  ///< 1: it was told that the run goes on without it.
-  uint8_t unused = 0;
-};
 
 }  // namespace
 
@@ -52,57 +37,44 @@ ModuleParticipant::ModuleParticipant(Bus* bus, ModuleController* controller, con
       channel_actuator_(Channel(options_.run, options_.module, Topic::kActuator)),
       channel_status_(Channel(options_.run, options_.module, Topic::kStatus)),
       directory_(options_.names != nullptr ? options_.names : std::make_shared<NameDirectory>()),
+      mail_(bus, options_.run, options_.model_hash, &ledger_,
+            [this](uint16_t mate, const uint8_t* data, size_t size) {
+              OnTransform(mate, data, size);
+            }),
+      inputs_({options_.module, options_.module_id, options_.num_joints, options_.num_connectors,
+               options_.num_sensor_values}),
       scratch_(Scratch::OfThread()) {
   ledger_.restarts = options_.restarts;
 }
 
-void ModuleParticipant::WriteSnapshot(int64_t next_tick) {
-  if (!before_publish_) return;
+SnapshotHead ModuleParticipant::Head() const {
   SnapshotHead head;
-  head.next_tick = next_tick;
   head.claim = options_.claim;
   head.program_hash = options_.program_hash;
   head.kinematics_hash = options_.kinematics_hash;
   head.incarnation = options_.incarnation;
   head.module_id = options_.module_id;
   head.left = left_ ? 1 : 0;
-  // Head, state of the virtual machine, and everything that was sent and is still kept.
-  snapshot_.resize(sizeof head);
-  controller_->Save(&snapshot_);
-  head.state_size = snapshot_.size() - sizeof head;
-  std::memcpy(snapshot_.data(), &head, sizeof head);
-  outbox_.Save(&snapshot_);
+  return head;
+}
+
+void ModuleParticipant::Save(int64_t next_tick) {
+  if (!before_publish_) return;
+  SnapshotHead head = Head();
+  head.next_tick = next_tick;
+  WriteSnapshot(head, controller_, outbox_, &snapshot_);
   before_publish_(snapshot_);
 }
 
 Result<void> ModuleParticipant::ResumeFrom(const std::vector<uint8_t>& snapshot) {
-  SnapshotHead head;
-  const uint64_t magic = head.magic;
-  if (snapshot.size() < sizeof head) return Fail("the snapshot is cut short");
-  std::memcpy(&head, snapshot.data(), sizeof head);
-  // The head says whether the rest can be read at all.
-  if (head.magic != magic) return Fail("the snapshot is not one of this build");
-  if (head.program_hash != options_.program_hash ||
-      head.kinematics_hash != options_.kinematics_hash || head.module_id != options_.module_id) {
-    return Fail("the snapshot is of another module, program or build");
-  }
-  if (head.state_size > snapshot.size() - sizeof head) return Fail("the snapshot is cut short");
-  // The controller's state lies between head and outbox.
-  const size_t state_end = sizeof head + head.state_size;
-  const Result<size_t> used =
-      outbox_.Load(snapshot.data() + state_end, snapshot.size() - state_end);
-  if (!used) return tl::unexpected<Error>(used.error());
-  // A later incarnation knows nothing of what an earlier one knew, but what has been said stays so.
-  const bool anew = options_.incarnation > head.incarnation;
-  if (!anew && !controller_->Load(snapshot.data() + sizeof head, head.state_size)) {
-    return Fail("the snapshot is of another build");
-  }
+  const Result<SnapshotHead> head = ReadSnapshot(snapshot, Head(), controller_, &outbox_);
+  if (!head) return tl::unexpected<Error>(head.error());
   // The resumed process speaks as the one that was killed, so the sim sees no second claimant.
-  options_.claim = head.claim;
-  options_.incarnation = std::max(options_.incarnation, head.incarnation);
-  resume_tick_ = head.next_tick;
+  options_.claim = head->claim;
+  options_.incarnation = std::max(options_.incarnation, head->incarnation);
+  resume_tick_ = head->next_tick;
   resumed_ = true;
-  left_ = head.left != 0;
+  left_ = head->left != 0;
   return {};
 }
 
@@ -116,11 +88,12 @@ void ModuleParticipant::Start() {
     Listen(ChannelOf(kSimProcess, Topic::kLeave), &ModuleParticipant::OnLeave);
     Listen(ChannelOf(options_.module, Topic::kResend), &ModuleParticipant::OnResend);
     if (takes_place) Listen(ChannelOf(kSimProcess, Topic::kAdmit), &ModuleParticipant::OnAdmit);
-    if (!takes_place && resume_tick_ == 0) ListenToAllMates();
+    // Which modules are our neighbours SENSORS will tell.
+    if (!takes_place && resume_tick_ == 0) mail_.ListenToAll();
   }
   if (takes_place) return Tell(&ModuleLockstep::Begin, ModuleLockstep::kUnknownTick);
   // A process that is killed before its next answer resumes from here, in the same incarnation.
-  WriteSnapshot(resume_tick_);
+  Save(resume_tick_);
   Tell(&ModuleLockstep::Begin, resume_tick_);
   if (!left_) return;
   machine_.OnLeave(now_us(), &actions_);
@@ -141,118 +114,138 @@ void ModuleParticipant::OnClock(const uint8_t* data, size_t size) {
   Tell(&ModuleLockstep::OnClock, clock.header.tick, static_cast<int>(clock.phase));
 }
 
-bool ModuleParticipant::SensorsFit(int64_t tick) {
-  if (machine_.InWindow(tick)) return true;
-  // Once the run goes on without us, what comes is for others.
-  if (machine_.left()) return false;
-  CountRefused(&Ledger::outside_window, "SIM/SENSORS",
-               "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
-  return false;
-}
-
 void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
-  if (!narrowed_ && TakeKnownPart(data, size)) return;
+  // Once the names of all are known nothing more is looked for in the others' readings.
+  const NameDirectory::Part* known =
+      narrowed_ ? nullptr : directory_->PartOf(MessageDigest(data, size));
+  if (known != nullptr && !known->Holds(options_.module_id)) return TakeKnownPart(*known);
   // SENSORS holds many modules' readings: we take our own.
   morphbus::sensors_t& sensors = scratch_.sensors;
   const Expectation expect{options_.model_hash, 0};
   const bool sound = DecodeOwnSensors(data, size, expect, options_.module_id, &sensors).has_value();
   ++(sound ? ledger_.received : ledger_.bad);
   if (!sound) return;
-  const int64_t tick = sensors.header.tick;
-  if (!SensorsFit(tick)) {
-    // Nothing is kept of it; but the run may have another process in our place.
-    Tell(&ModuleLockstep::OnSensors, tick, sensors.part, sensors.num_parts, false,
-         std::vector<uint16_t>());
+  const bool mine = !sensors.modules.empty();
+  vm::TickInput input;
+  // A reading that cannot be ours takes the place of none.
+  if (mine && !inputs_.Read(sensors.modules.front(), &input)) {
+    ++ledger_.bad;
     return;
   }
-  // Once the names of all are known nothing more is looked for in the others' readings.
-  if (!narrowed_) LearnNames(data, size);
-  const morphbus::module_sensors_t* mine =
-      sensors.modules.empty() ? nullptr : &sensors.modules.front();
+  if (!narrowed_) directory_->Learn(sensors, data, size);
+  // What the machine is told must be of the tick to come: then it waits for these neighbours.
+  const int64_t tick = sensors.header.tick;
   std::vector<uint16_t>& mates = scratch_.sensed_mates;
   mates.clear();
-  if (mine != nullptr) {
+  if (mine && tick >= machine_.tick()) inputs_.AddMates(input, &mates);
+  const Taken taken =
+      machine_.OnSensors(tick, sensors.part, sensors.num_parts, mine, mates, now_us(), &actions_);
+  if (taken == Taken::kImpossible) CountImpossible("SIM/SENSORS", tick);
+  if (taken == Taken::kFresh || taken == Taken::kKnown) {
     // Of the parts only ours is needed for good, so its ticks are counted.
-    const uint64_t digest = MessageDigest(data, size);
-    // What cannot be ours takes nobody's place. A reading for the tick to come is taken over before
-    // the machine may ask for its computation.
-    vm::TickInput input;
-    if (!ReadingFits(*mine, &input)) {
-      ++ledger_.bad;
-      return;
-    }
-    if (!Track(&sensors_tracker_, "SIM/SENSORS", tick, digest)) return;
-    if (tick >= machine_.tick()) TakeReading(input, &mates);
+    if (mine) Track(&sensors_tracker_, "SIM/SENSORS", tick, MessageDigest(data, size));
+    if (taken == Taken::kFresh) sim_time_us_ = sensors.header.sim_time_us;
+    if (taken == Taken::kFresh && mine) inputs_.Take(input, sensors);
+    // Another part than ours may be the one that names a neighbour.
+    if (!narrowed_ && !mine) inputs_.AddMates(&mates);
+    UpdateSubscriptions(mates, mine ? sensors.part : -1);
   }
-  if (options_.realtime || tick == machine_.tick()) sim_time_us_ = sensors.header.sim_time_us;
-  // The machine learns which parts have come and whom the tick waits for.
-  machine_.OnSensors(tick, sensors.part, sensors.num_parts, mine != nullptr, mates, now_us(),
-                     &actions_);
-  // Another part than ours may be the one that names a neighbour.
-  if (!narrowed_ && mine == nullptr) TakeMates(input_, &mates);
-  UpdateSubscriptions(mates, mine != nullptr);
   CarryOutActions();
 }
 
-bool ModuleParticipant::ReadingFits(const morphbus::module_sensors_t& mine,
-                                    vm::TickInput* input) const {
-  return mine.name == options_.module &&
-         FromSensors(mine, options_.num_joints, options_.num_connectors, options_.num_sensor_values,
-                     input);
+void ModuleParticipant::TakeKnownPart(const NameDirectory::Part& part) {
+  ++ledger_.received;
+  std::vector<uint16_t>& mates = scratch_.sensed_mates;
+  mates.clear();
+  const Taken taken =
+      machine_.OnSensors(part.tick, part.part, part.num_parts, false, mates, now_us(), &actions_);
+  if (taken == Taken::kImpossible) CountImpossible("SIM/SENSORS", part.tick);
+  if (taken == Taken::kFresh || taken == Taken::kKnown) {
+    // It may be the one that names a neighbour.
+    inputs_.AddMates(&mates);
+    UpdateSubscriptions(mates, -1);
+  }
+  CarryOutActions();
 }
 
-void ModuleParticipant::TakeReading(const vm::TickInput& input, std::vector<uint16_t>* mates) {
-  TakeMates(input, mates);
-  input_ = input;
-  TakeOrders();
+void ModuleParticipant::CountImpossible(std::string_view channel, int64_t tick) {
+  CountRefused(&Ledger::outside_window, channel,
+               "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
 }
 
-/// What SENSORS tells this module besides its own reading: orders, and where the root is.
-void ModuleParticipant::TakeOrders() {
-  // Orders of the last tick are done with.
-  pieces_.clear();
-  for (const morphbus::invoke_request_t& request : scratch_.sensors.requests) {
-    if (static_cast<uint16_t>(request.module_id) != options_.module_id) continue;
-    FromRequest(request, &input_.requests[input_.num_requests++]);
+void ModuleParticipant::UpdateSubscriptions(const std::vector<uint16_t>& mates, int own_part) {
+  const SubscriptionBatch together(bus_);
+  // Neighbours come and go; a module that is not mated any more makes room.
+  if (mail_.full()) {
+    for (const uint16_t forgotten : mail_.ForgetAllBut(mates)) machine_.Forget(forgotten);
   }
-  for (const morphbus::deploy_piece_t& piece : scratch_.sensors.pieces) {
-    if (static_cast<uint16_t>(piece.module_id) == options_.module_id) pieces_.push_back(piece);
+  for (const uint16_t mate : mates) {
+    if (const std::string* name = directory_->NameOf(mate)) mail_.Listen(mate, *name);
   }
-  for (const morphbus::root_pose_t& pose : scratch_.sensors.root_poses) {
-    if (static_cast<uint16_t>(pose.module_id) == options_.module_id) FromRootPose(pose, &input_);
+  // Every module's name is known once all parts have come; then our own part is enough.
+  if (own_part >= 0 && !narrowed_ && machine_.knows_all()) {
+    narrowed_ = true;
+    const Interest own{true, 2, kFirstFieldOffset, static_cast<uint16_t>(own_part), false};
+    ListenFor(own, ChannelOf(kSimProcess, Topic::kSensors), &ModuleParticipant::OnSensors);
   }
-  inspected_ = inspected_ || IsInspected(scratch_.sensors, options_.module_id);
+  if (machine_.tick() > 0) mail_.ListenToKnown();
 }
 
 void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t size) {
   morphbus::transform_t& transform = scratch_.transform;
+  NeighbourMail::Box* box = mail_.BoxOf(mate);
+  // Where a thousand modules share a process, the box is mostly not in the processor's cache: it is
+  // fetched while the message is decoded.
+  if (box != nullptr) box->tracker.FetchNext();
   const auto fits = [&] { return static_cast<uint16_t>(transform.module_id) == mate; };
-  const auto found = mailboxes_.find(mate);
-  // Where a thousand modules share a process, the mailbox is mostly not in the processor's cache:
-  // it is fetched while the message is decoded.
-  if (found != mailboxes_.end()) found->second.tracker.FetchNext();
-  if (!Accept(data, size, &transform, fits)) return;
-  if (found == mailboxes_.end()) return;
-  Mailbox& mailbox = found->second;
-  const std::string channel = mailbox.name + "/TRANSFORM";
+  if (!Accept(data, size, &transform, fits) || box == nullptr) return;
   const int64_t tick = transform.header.tick;
-  // In lockstep the number is the tick.
-  if (!machine_.InWindow(tick) || (!options_.realtime && transform.header.sequence != tick)) {
-    if (machine_.left()) return;
-    return CountRefused(
-        &Ledger::outside_window, channel,
-        "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
+  const int64_t number = transform.header.sequence;
+  const std::string channel = box->name + "/TRANSFORM";
+  const Taken taken = machine_.OnTransform(mate, number, tick, now_us(), &actions_);
+  if (taken == Taken::kImpossible) CountImpossible(channel, tick);
+  if (taken == Taken::kFresh || taken == Taken::kKnown) {
+    Track(&box->tracker, channel, number, MessageDigest(data, size));
+    if (taken == Taken::kFresh) FromTransform(transform, &box->MessageOf(tick));
   }
-  const uint64_t digest = MessageDigest(data, size);
-  if (!Track(&mailbox.tracker, channel, transform.header.sequence, digest)) return;
-  // The machine may compute at once: the content must be in place before it hears of it.
-  const auto slot = static_cast<size_t>(tick & 1);
-  const bool useful = options_.realtime || tick == machine_.tick() || tick == machine_.tick() - 1;
-  if (useful && mailbox.ticks[slot] < tick) {
-    FromTransform(transform, &mailbox.messages[slot]);
-    mailbox.ticks[slot] = tick;
+  CarryOutActions();
+}
+
+void ModuleParticipant::OnResend(const uint8_t* data, size_t size) {
+  morphbus::resend_t ask;
+  if (!Accept(data, size, &ask)) return;
+  // A process that asks for a message still runs, so the silence that ends our waiting begins anew.
+  machine_.OnAsked(now_us());
+  outbox_.Answer(ask.channel, ask.first_sequence, ask.last_sequence, now_us());
+}
+
+void ModuleParticipant::OnLeave(const uint8_t* data, size_t size) {
+  morphbus::leave_t leave;
+  if (!Accept(data, size, &leave)) return;
+  if (leave.process.empty()) {
+    machine_.OnBye(&actions_);
+  } else if (leave.process == options_.module && !machine_.joining()) {
+    machine_.OnLeave(now_us(), &actions_);
+    // Saved before it is acknowledged: started again, the process must not take part once more.
+    if (!std::exchange(left_, true)) Save(machine_.tick());
   }
-  Tell(&ModuleLockstep::OnTransform, mate, tick);
+  CarryOutActions();
+}
+
+void ModuleParticipant::OnAdmit(const uint8_t* data, size_t size) {
+  morphbus::admit_t admit;
+  if (!Accept(data, size, &admit)) return;
+  // The sim answers every HELLO, and one that was said by a process before this one.
+  if (!machine_.joining() || admit.module_name != options_.module ||
+      admit.claim != options_.claim) {
+    return;
+  }
+  // Numbers on our channels go on where the predecessor's ended.
+  outbox_.ContinueAfter(channel_transform_.channel(), admit.actuator_count);
+  outbox_.ContinueAfter(channel_actuator_.channel(), admit.actuator_count);
+  outbox_.ContinueAfter(channel_status_.channel(), admit.status_count);
+  machine_.OnAdmit(admit.last_tick + 1, now_us());
+  Save(machine_.tick());
 }
 
 void ModuleParticipant::CarryOut(const ModuleAction& action) {
@@ -287,30 +280,22 @@ void ModuleParticipant::CarryOut(const ModuleAction& action) {
 }
 
 const vm::NeighbourMessage* ModuleParticipant::MessageOf(uint16_t mate, int64_t tick) {
-  const auto found = mailboxes_.find(mate);
-  if (found == mailboxes_.end()) return nullptr;
-  const Mailbox& mailbox = found->second;
-  const auto slot = static_cast<size_t>(tick & 1);
-  if (mailbox.ticks[slot] == tick) return &mailbox.messages[slot];
+  NeighbourMail::Box* box = mail_.BoxOf(mate);
+  if (box == nullptr) return nullptr;
+  if (machine_.Has(mate, tick)) return &box->MessageOf(tick);
   // In real time an older message is better than none, for a while.
   if (!options_.realtime) return nullptr;
   ++ledger_.missed_deadlines;
-  const size_t newest = mailbox.ticks[0] > mailbox.ticks[1] ? 0 : 1;
-  return mailbox.ticks[newest] >= tick - kOldestUseful ? &mailbox.messages[newest] : nullptr;
+  const int64_t newest = machine_.NewestOf(mate);
+  const bool useful = newest >= 0 && newest >= tick - kOldestUseful;
+  return useful ? &box->MessageOf(newest) : nullptr;
 }
 
 void ModuleParticipant::Compute(int64_t tick) {
   // The tick's input: sensors, and what each neighbour said a tick ago.
-  input_.tick = tick;
-  input_.sim_time_us = sim_time_us_;
-  for (int c = 0; c < options_.num_connectors; ++c) {
-    const vm::ConnectorReading& connector = input_.connectors[c];
-    const bool mate = connector.docked && connector.mate_module != options_.module_id && tick > 0;
-    input_.messages[c] = mate ? MessageOf(connector.mate_module, tick - 1) : nullptr;
-  }
-  // New programs are taken before the tick that they came with is computed.
-  for (const morphbus::deploy_piece_t& piece : pieces_) controller_->TakePiece(piece);
-  controller_->Tick(input_, &scratch_.output);
+  inputs_.Compute(
+      tick, sim_time_us_, [&](uint16_t mate) { return MessageOf(mate, tick - 1); }, controller_,
+      &scratch_.output);
   Publish(tick);
 }
 
@@ -321,8 +306,8 @@ void ModuleParticipant::Publish(int64_t tick) {
   // A program that was replaced in this tick shows in the headers from this tick on.
   outbox_.SetProgramHash(output.message.program_hash);
   // STATUS only when it says something new or is asked for, and now and then for those who came
-  // later. An order holds for one tick, also in real time, where readings may fail to come.
-  const bool inspected = std::exchange(inspected_, false);
+  // later.
+  const bool inspected = inputs_.TakeInspection();
   if (output.status.changed || inspected || tick % kStatusEveryTicks == 0) {
     for (morphbus::status_t& status : controller_->Describe(output.status, inspected)) {
       outbox_.Send(&channel_status_, tick, sim_time_us_, &status);
@@ -337,8 +322,8 @@ void ModuleParticipant::Publish(int64_t tick) {
              &actuator);
   outbox_.Send(&channel_actuator_, tick, sim_time_us_, &actuator);
   if (!before_publish_) return;
-  // Saved, then sent: whoever is killed in between sends the same bytes again.
-  WriteSnapshot(tick + 1);
+  // Saved, then sent: a process that is killed in between sends the same bytes again.
+  Save(tick + 1);
   outbox_.Release();
 }
 

@@ -1,47 +1,22 @@
 #pragma once
 // A module's side of the lockstep: waits for what a tick needs, lets the VM compute it, answers.
 
-#include <array>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
-#include <morphbus/deploy_piece_t.hpp>
 #include <morphbus/sensors_t.hpp>
-#include <morphbus/status_t.hpp>
-#include <morphbus/transform_t.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "bridge/lockstep/lockstep_participant.h"
+#include "bridge/lockstep/module_controller.h"
 #include "bridge/lockstep/module_lockstep.h"
+#include "bridge/lockstep/module_snapshot.h"
 #include "bridge/lockstep/name_directory.h"
-#include "vm/module_api.h"
+#include "bridge/lockstep/neighbour_mail.h"
+#include "bridge/lockstep/tick_inputs.h"
 
 namespace morphbus::bridge {
-
-/// What computes a module's ticks: the VM (bridge/module/vm_controller.h) or a test's fake. It
-/// knows neither bus nor lockstep: whatever it needs stands in a tick's input.
-class ModuleController {
- public:
-  virtual ~ModuleController() = default;
-  /// Computes one tick, and writes all of `*output`. Equal history of inputs gives equal output.
-  virtual void Tick(const vm::TickInput& input, vm::TickOutput* output) = 0;
-  /// A piece of a new program from outside, of the tick that is computed next; pieces come in
-  /// order.
-  virtual void TakePiece(const morphbus::deploy_piece_t& piece) = 0;
-  /// The report, which is that of the last tick, as messages of at most kMaxPayloadBytes (several
-  /// if not all fits into one). `inspected`: with all that the module holds.
-  virtual std::vector<morphbus::status_t> Describe(const vm::StatusReport& report,
-                                                   bool inspected) = 0;
-  /// Appends the whole state that changes from tick to tick, so that a resumed process can go on
-  /// from it.
-  virtual void Save(std::vector<uint8_t>* out) = 0;
-  /// Goes on from what Save wrote; false if it is not a state of this build, and then the
-  /// controller must not be used any more.
-  virtual bool Load(const uint8_t* data, size_t size) = 0;
-};
 
 /// Who a module is, and which run it takes part in.
 struct ModuleIdentity : ModuleLockstep::Config {
@@ -114,18 +89,7 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   [[nodiscard]] int64_t tick() const { return machine_.tick(); }
 
  private:
-  /// The last TRANSFORMs of a module that is or was mated, decoded.
-  struct Mailbox {
-    /// Name of that module, which its channel is called by.
-    std::string name;
-    /// Of the numbers on its channel.
-    SequenceTracker tracker;
-    /// The ticks that the messages below are of, -1 for none.
-    std::array<int64_t, 2> ticks = {-1, -1};
-    /// By parity of the tick: the machine needs the present tick's and the last one's only. They
-    /// come last, since they are large and the rest is then close together in memory.
-    std::array<vm::NeighbourMessage, 2> messages;
-  };
+  using Taken = ModuleLockstep::Taken;
 
   [[nodiscard]] Moment CurrentMoment() const override { return {machine_.tick(), sim_time_us_}; }
   void CarryOut(const ModuleAction& action) override;
@@ -139,42 +103,22 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void OnLeave(const uint8_t* data, size_t size);
   /// The sim tells where the run is, to a module that takes another's place.
   void OnAdmit(const uint8_t* data, size_t size);
-  /// Whether this is a part of SENSORS that another module of the process has looked through, and
-  /// in which nothing is ours: then no more than that is taken from it.
-  bool TakeKnownPart(const uint8_t* data, size_t size);
-  /// Adds the names in a part of SENSORS to those that the process knows.
-  void LearnNames(const uint8_t* data, size_t size);
-  /// Whether SENSORS of this tick can be; if not, it is counted, and nothing of it is kept.
-  bool SensorsFit(int64_t tick);
-  /// Whether a reading is one of this module's, and as what it reads it.
-  bool ReadingFits(const morphbus::module_sensors_t& mine, vm::TickInput* input) const;
-  /// Takes our own reading, and what else the SENSORS that came last has for us, for the tick to
-  /// compute, and tells whom it is mated to.
-  void TakeReading(const vm::TickInput& input, std::vector<uint16_t>* mates);
-  /// The modules mated to ours, each once, in order of connectors.
-  void TakeMates(const vm::TickInput& input, std::vector<uint16_t>* mates);
-  /// Takes this module's requests, pieces of a program, sensed pose and whether it is inspected out
-  /// of the SENSORS that came last, for the coming tick.
-  void TakeOrders();
+  /// Takes a part of SENSORS that another module of the process has looked through, and in which
+  /// nothing is ours: no more is taken from it than which one it is.
+  void TakeKnownPart(const NameDirectory::Part& part);
+  /// Counts a message of a tick that cannot be.
+  void CountImpossible(std::string_view channel, int64_t tick);
   /// Listens to these neighbours, and from the own part of SENSORS on to nothing that is not
-  /// needed. `own_part`: it is the one that came.
-  void UpdateSubscriptions(const std::vector<uint16_t>& mates, bool own_part);
-  /// Listens to a neighbour from now on.
-  void Watch(uint16_t mate);
-  /// Once every module's name is known: of SENSORS only this part, our own, is listened to.
-  void NarrowSensors(int16_t part);
-  /// Until the neighbours are known, keeps what any module says.
-  void ListenToAllMates();
-  /// Takes what a neighbour said before it was known as one.
-  void TakeEarly(uint16_t mate);
-  /// Stops listening to all modules but these.
-  void ForgetAllBut(const std::vector<uint16_t>& mates);
+  /// needed. `own_part`: its number, if it is the one that came; else -1.
+  void UpdateSubscriptions(const std::vector<uint16_t>& mates, int own_part);
   /// Computes a tick and publishes the answer.
   void Compute(int64_t tick);
   /// Publishes STATUS (if there is news), TRANSFORM and ACTUATOR of a tick, in this order.
   void Publish(int64_t tick);
   /// Saves everything that a resumed process needs to go on with `next_tick`.
-  void WriteSnapshot(int64_t next_tick);
+  void Save(int64_t next_tick);
+  /// What this process writes at the head of a snapshot.
+  [[nodiscard]] SnapshotHead Head() const;
   /// What a neighbour said in a tick; null if that is not there. In real time its newest message
   /// stands in for it if it is at most three ticks older, and a deadline counts as missed.
   const vm::NeighbourMessage* MessageOf(uint16_t mate, int64_t tick);
@@ -183,15 +127,10 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   ModuleController* controller_;
   ModuleParticipantOptions options_;
   Outbox::Sending channel_transform_, channel_actuator_, channel_status_;
-  // Names of all modules by id, as SENSORS tells them, and mailboxes of the neighbours by id.
+  /// Names of all modules by id, as SENSORS tells them.
   std::shared_ptr<NameDirectory> directory_;
-  std::map<uint16_t, Mailbox> mailboxes_;
-  // What the controller is given for the tick to compute, and what it answered to the last one.
-  vm::TickInput input_;
-  /// Pieces of a new program that came with the sensors of the tick to compute.
-  std::vector<morphbus::deploy_piece_t> pieces_;
-  /// Whether STATUS of the tick to compute shall tell all that the module holds.
-  bool inspected_ = false;
+  NeighbourMail mail_;
+  TickInputs inputs_;
   /// What is decoded, computed and encoded for a moment: one for all modules of a process, so that
   /// a run of a thousand of them does not go through as many.
   struct Scratch;
@@ -208,9 +147,7 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   bool resumed_ = false;
   bool left_ = false;  ///< It was told that the run goes on without it.
   // What the bus has been told of our interest.
-  bool narrowed_ = false, wakes_for_any_ = false, listens_to_all_ = false;
-  /// TRANSFORM of whoever sent it before our neighbours were known, by channel.
-  std::map<std::string, std::vector<uint8_t>> early_;
+  bool narrowed_ = false, wakes_for_any_ = false;
   std::string error_, end_reason_;
 };
 

@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <morphbus/sensors_t.hpp>
 #include <string>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
 #include <vector>
-
-#include "bridge/wire/channels.h"
 
 namespace morphbus::bridge {
 
@@ -25,25 +24,19 @@ class NameDirectory {
   struct Part {
     int64_t tick = 0;
     int part = 0, num_parts = 0;
-    std::vector<uint16_t> modules;  ///< Whose readings stand in it.
+    std::vector<uint16_t> modules;  ///< Whose readings stand in it, in order.
+    /// Whether the module's reading does.
+    [[nodiscard]] bool Holds(uint16_t module) const {
+      return std::ranges::binary_search(modules, module);
+    }
   };
+  /// Adds the names in a part of SENSORS, which was checked. `sensors` is what was decoded of it
+  /// besides the readings.
+  void Learn(const morphbus::sensors_t& sensors, const uint8_t* data, size_t size);
   /// The part with these bytes (XXH3 of the message), if it was added; null if it was not.
   [[nodiscard]] const Part* PartOf(uint64_t digest) const {
     const auto found = parts_.find(digest);
     return found == parts_.end() ? nullptr : &found->second;
-  }
-  void AddPart(uint64_t digest, Part part) {
-    // Only the first tick is of interest.
-    if (parts_.size() >= kMostNames) parts_.clear();
-    parts_.insert_or_assign(digest, std::move(part));
-  }
-
-  /// Notes a name that can be one, if none is known of that module.
-  void Add(uint16_t module, std::string_view name) {
-    const auto at = Find(module);
-    const bool known = at != names_.end() && at->first == module;
-    if (known || names_.size() >= kMostNames || !CheckModuleName(name)) return;
-    names_.emplace(at, module, name);
   }
   /// Null if SENSORS has not mentioned that module.
   [[nodiscard]] const std::string* NameOf(uint16_t module) {
@@ -53,6 +46,8 @@ class NameDirectory {
 
  private:
   using Names = std::vector<std::pair<uint16_t, std::string>>;
+  /// Notes a name that can be one, if none is known of that module.
+  void Add(uint16_t module, std::string_view name);
   /// The entry of that number, or the one before which it belongs.
   Names::iterator Find(uint16_t module) {
     return std::lower_bound(names_.begin(), names_.end(), module,

@@ -255,7 +255,7 @@ class World {
         break;
       }
       case Kind::kTransform:
-        if (m.process != i) module.OnTransform(mate, m.number, now_us_, &out);
+        if (m.process != i) module.OnTransform(mate, m.number, m.number, now_us_, &out);
         break;
       case Kind::kAskActuator:
         if (m.process == i) module.OnAsked(now_us_);

@@ -381,7 +381,7 @@ TEST(ModuleLockstep, SensorsBeginTheRunWhereTheFirstClockIsLost) {
   ModuleLockstep::Actions out;
   ModuleLockstep module({false, {}});
   module.Begin(0, 0, &out);
-  EXPECT_TRUE(module.OnSensors(0, 0, 1, true, {}, 0, &out));
+  EXPECT_EQ(module.OnSensors(0, 0, 1, true, {}, 0, &out), ModuleLockstep::Taken::kFresh);
   EXPECT_EQ(module.tick(), 1);
 }
 
@@ -392,7 +392,7 @@ TEST(ModuleLockstep, WaitsForMatesOnlyWhenTheirMessageIsMissing) {
   module.OnSensors(1, 1, 2, true, {7}, 1000, &out);
   EXPECT_TRUE(module.waits_for_mates());
   EXPECT_EQ(module.next_deadline_us(), 1000 + kTiming.ask_lost_after_us);
-  module.OnTransform(7, 0, 1100, &out);
+  module.OnTransform(7, 0, 0, 1100, &out);
   EXPECT_FALSE(module.waits_for_mates());
   EXPECT_EQ(module.tick(), 2);
 }
