@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "vm/image/image.h"
+#include "vm/image/join_table.h"
 #include "vm/image/opcodes.h"
 #include "vm/image/verifier.h"
 
@@ -13,8 +14,6 @@ namespace morphbus::vm {
 
 namespace {
 
-using image::ReadU16;
-using image::ReadU32;
 using image::Section;
 using image::SectionOf;
 
@@ -204,14 +203,12 @@ class Printer {
   // Numbers the joins of a function in order.
   [[nodiscard]] std::map<uint32_t, int> TargetsOf(int index) const {
     const FunctionInfo function = program_.function(index);
-    const uint8_t* bytes = program_.bytes();
-    const uint32_t begin = function.code_begin - SectionOf(bytes, Section::kCode).begin;
-    const image::SectionRange joins = SectionOf(bytes, Section::kJoins);
+    const uint32_t end = function.code_begin + function.code_size;
+    const JoinTable joins(program_.bytes());
     std::map<uint32_t, int> targets;
-    for (uint32_t i = 0; i < joins.count; ++i) {
-      const uint32_t at = ReadU16(bytes + joins.begin + i * image::kJoinBytes);
-      if (at < begin || at >= begin + function.code_size) continue;
-      targets.emplace(at - begin, static_cast<int>(targets.size()));
+    for (uint32_t i = joins.FirstFrom(function.code_begin);
+         i < joins.count() && joins.target(i) < end; ++i) {
+      targets.emplace(joins.target(i) - function.code_begin, static_cast<int>(targets.size()));
     }
     return targets;
   }

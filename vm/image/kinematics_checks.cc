@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "vm/image/reason.h"
+#include "vm/image/verify_error.h"
 
 namespace morphbus::vm {
 

@@ -6,7 +6,7 @@
 #include "vm/image/kinematics_checks.h"
 #include "vm/image/kinematics_layout.h"
 #include "vm/image/kinematics_tables.h"
-#include "vm/image/reason.h"
+#include "vm/image/verify_error.h"
 
 namespace morphbus::vm {
 

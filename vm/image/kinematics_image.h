@@ -8,7 +8,7 @@
 #include "vm/image/kinematics_c.h"
 #include "vm/image/pose.h"
 #include "vm/image/program.h"
-#include "vm/image/verifier.h"
+#include "vm/image/verify_error.h"
 #include "vm/limits.h"
 
 namespace morphbus::vm {

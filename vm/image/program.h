@@ -171,6 +171,17 @@ struct RoleInfo {
 
   /// A bit for each field that neighbours may read.
   [[nodiscard]] uint16_t shared_fields() const;
+  /// Calls visit(function) for every function that the role refers to, inherited ones included.
+  template <class Visit>
+  void ForEachFunction(const Visit& visit) const {
+    for (int i = 0; i < num_labels; ++i) visit(labels[i]);
+    for (int i = 0; i < num_requirements; ++i) visit(requirements[i]);
+    for (int i = 0; i < num_startups; ++i) visit(startups[i]);
+    for (int i = 0; i < num_behaviors; ++i) visit(behaviors[i]);
+    for (int i = 0; i < num_commands; ++i) visit(commands[i]);
+    for (int i = 0; i < num_handlers; ++i) visit(handlers[i].function);
+    for (int i = 0; i < num_methods; ++i) visit(methods[i]);
+  }
 };
 
 /// Made only by the verifier (vm/image/verifier.h). Points into image bytes that the owner keeps

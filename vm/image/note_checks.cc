@@ -1,0 +1,81 @@
+#include "vm/image/note_checks.h"
+
+#include "vm/image/image.h"
+#include "vm/image/table_checks.h"
+
+namespace morphbus::vm {
+
+using image::ReadU16;
+using image::ReadU32;
+using image::ReadU64;
+
+namespace {
+
+/// The names whose records begin at this byte of the image.
+bool CheckNoteNames(const VerifiedProgram& program, image::SectionRange strings, uint32_t begin,
+                    uint32_t count, FirstError* error) {
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint32_t at = begin + i * image::kTextBytes;
+    const uint8_t* record = program.bytes() + at;
+    if (!CheckText(program, strings, ReadU16(record), record[2], at, error)) return false;
+  }
+  return true;
+}
+
+/// Lines are sorted by the code that they begin at, so that LineOf can search by halving.
+bool CheckNoteLines(const VerifiedProgram& program, uint32_t begin, uint32_t count,
+                    FirstError* error) {
+  const uint8_t* bytes = program.bytes();
+  const uint32_t code_size = SectionOf(bytes, image::Section::kCode).count;
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint32_t at = begin + i * image::kLineBytes;
+    // A line begins at a byte of the code.
+    if (ReadU16(bytes + at) >= code_size) return error->Fail("line of no instruction", at);
+    if (i > 0 && ReadU16(bytes + at) <= ReadU16(bytes + at - image::kLineBytes)) {
+      return error->Fail("lines are not sorted", at);
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+bool CheckNotes(const VerifiedProgram& program, uint32_t total, NoteLines* lines,
+                FirstError* error) {
+  const uint32_t at = program.run_size();
+  const uint32_t size = total - at;
+  if (size == 0) return true;
+  // What holds no notes refuses them, as it could not say whether they are sound.
+  if constexpr (!kHoldsNotes) return error->Fail("this build takes images without notes only", at);
+  const uint8_t* notes = program.bytes() + at;
+  if (ReadU64(program.bytes() + image::kNotesHashAt) != image::HashOfNotes(notes, size)) {
+    return error->Fail("notes are not those of the image", at);
+  }
+  if (size < image::kNotesHeadBytes) return error->Fail("notes are cut off", at);
+  if (ReadU32(notes) != image::kNotesMagic) return error->Fail("not the notes of an image", at);
+  // One name for each function, each field of each role and each local of each function, then the
+  // lines, and no more.
+  const image::SectionRange strings{at + image::kNotesHeadBytes,
+                                    ReadU16(notes + image::kNotesStringsAt)};
+  const uint32_t fields = ReadU16(notes + image::kNotesFieldsAt);
+  const uint32_t locals = ReadU16(notes + image::kNotesLocalsAt);
+  const uint32_t num_names = static_cast<uint32_t>(program.num_functions()) + fields + locals;
+  const uint32_t names = image::kNotesHeadBytes + strings.count;
+  *lines = {names + num_names * image::kTextBytes, ReadU16(notes + image::kNotesLinesAt)};
+  if (size != lines->begin + lines->count * image::kLineBytes) {
+    return error->Fail("notes have another size", at);
+  }
+  uint32_t fields_of_roles = 0;
+  for (int i = 0; i < program.num_roles(); ++i) fields_of_roles += program.role(i).num_fields;
+  if (fields != fields_of_roles) return error->Fail("notes name other fields", at);
+  uint32_t locals_of_functions = 0;
+  for (int i = 0; i < program.num_functions(); ++i) {
+    locals_of_functions += program.function(i).num_locals;
+  }
+  if (locals != locals_of_functions) return error->Fail("notes name other locals", at);
+  return CheckNoteNames(program, strings, at + image::kNotesSourceAt, 1, error) &&
+         CheckNoteNames(program, strings, at + names, num_names, error) &&
+         CheckNoteLines(program, at + lines->begin, lines->count, error);
+}
+
+}  // namespace morphbus::vm
