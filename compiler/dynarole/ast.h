@@ -69,6 +69,8 @@ enum class Operator : uint8_t {
   // The sign before a number.
   kNegate,
 };
+/// The operators whose operands and result are numbers.
+constexpr bool IsArithmetic(Operator op) { return op >= Operator::kAdd && op <= Operator::kMod; }
 
 /// What the checker found an expression to mean; Expr holds the numbers that go with it.
 enum class Meaning : uint8_t {

@@ -113,6 +113,12 @@ std::vector<std::string> NamesOf(const std::vector<Builtin>& builtins) {
   return names;
 }
 
+std::string Listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
 std::string UsagesOf(const std::vector<Builtin>& builtins, std::string_view name) {
   std::string usages;
   for (const Builtin& builtin : builtins) {

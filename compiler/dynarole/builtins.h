@@ -75,6 +75,8 @@ const std::vector<Builtin>& SensorBuiltins();
 /// Names of a table, each once and in its order, for suggestions where a program writes none of
 /// them.
 std::vector<std::string> NamesOf(const std::vector<Builtin>& builtins);
+/// Names as messages list them: "a, b, c".
+std::string Listed(const std::vector<std::string>& names);
 /// The forms of that name as messages show them, "self.connected or self.connected(direction)";
 /// empty if the table has none.
 std::string UsagesOf(const std::vector<Builtin>& builtins, std::string_view name);

@@ -8,6 +8,7 @@
 #include "compiler/dynarole/checker.h"
 #include "compiler/dynarole/codegen.h"
 #include "compiler/dynarole/image_writer.h"
+#include "compiler/dynarole/lints.h"
 #include "compiler/dynarole/parser.h"
 #include "vm/image/disassembler.h"
 #include "vm/image/verifier.h"
@@ -89,7 +90,7 @@ CompileResult CompileProgram(const std::string& name, const std::string& text,
   }
   // From here on the tree is sound. The model gives names their meanings, the checker types.
   ProgramModel model = BuildModel(&program, &result.diagnostics);
-  Check(result.sources, keywords, &model, &result.diagnostics);
+  Check(keywords, &model, &result.diagnostics);
   if (result.diagnostics.had_errors()) return result;
   // Warnings are for programs that can run; a broken one has worse to be told.
   Lint(keywords, model, &result.diagnostics);

@@ -1,10 +1,11 @@
+#include "compiler/dynarole/lints.h"
+
 #include <algorithm>
 #include <map>
 #include <set>
 #include <string>
 #include <utility>
 
-#include "compiler/dynarole/checker.h"
 #include "compiler/dynarole/constants.h"
 
 namespace morphbus::dynarole {

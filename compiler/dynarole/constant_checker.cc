@@ -1,6 +1,7 @@
-#include <algorithm>
+#include "compiler/dynarole/constant_checker.h"
 
-#include "compiler/dynarole/checker.h"
+#include <string>
+
 #include "compiler/dynarole/constants.h"
 #include "vm/image/fault_text.h"
 
@@ -12,57 +13,54 @@ constexpr int kMaxConstantDepth = 16;
 
 }  // namespace
 
-// Constants rest on nothing but each other, so one pass, aloud, is enough.
-void Checker::CheckConstants() {
-  phase_ = Phase::kFinal;
-  for (size_t i = 0; i < model_.constants.size(); ++i) ResolveConstant(static_cast<int>(i));
+void ConstantChecker::CheckAll() {
+  for (size_t i = 0; i < model_.constants.size(); ++i) Resolve(static_cast<int>(i));
 }
 
-void Checker::ResolveConstant(int index) {
+void ConstantChecker::Resolve(int index) {
   ConstantModel& constant = model_.constants[index];
   if (constant.type != Type::kUnknown) return;
   // A constant may stand before those that it rests on, but the chain must be short, as each of
   // them costs the stack as much as a deep expression.
-  if (constant_depth_ == kMaxConstantDepth) {
-    Error(constant.span, "constants rest on each other too deeply").hint =
+  if (depth_ == kMaxConstantDepth) {
+    pass_.Error(constant.span, "constants rest on each other too deeply").hint =
         "declare each constant behind those that it rests on";
     constant.type = Type::kError;
     return;
   }
-  ++constant_depth_;
+  ++depth_;
   // It sees the names of the role in which it stands, whoever needs it.
-  const int role = role_;
-  role_ = constant.role;
-  routine_ = nullptr;
+  const int role = scope_.role_index();
+  scope_.EnterValue(constant.role);
   constant.busy = true;
-  Type type = Infer(constant.expr);
+  Type type = infer_(constant.expr);
   constant.busy = false;
-  --constant_depth_;
-  role_ = role;
+  --depth_;
+  scope_.EnterValue(role);
   const FoldResult folded = Fold(*constant.expr);
   if (folded.value && type != Type::kError) {
     constant.cell = folded.value->cell;
   } else if (type != Type::kError && folded.fault != vm::FaultCode::kNone) {
-    Error(constant.expr->span,
-          std::string("value of the constant cannot be computed: ") + vm::FaultName(folded.fault));
+    pass_.Error(constant.expr->span, std::string("value of the constant cannot be computed: ") +
+                                         vm::FaultName(folded.fault));
     type = Type::kError;
   } else if (type != Type::kError) {
-    Error(constant.expr->span, "value of a constant must be known at compile time").hint =
+    pass_.Error(constant.expr->span, "value of a constant must be known at compile time").hint =
         "numbers, true, false, directions, axes, roles and other constants are";
     type = Type::kError;
   }
   constant.type = type;
 }
 
-Type Checker::InferConstant(Expr* expr, int index) {
+Type ConstantChecker::Infer(Expr* expr, int index) {
   ConstantModel& constant = model_.constants[index];
   constant.used = true;
   if (constant.busy) {
-    Error(expr->span, "constant '" + constant.name + "' rests on itself")
+    pass_.Error(expr->span, "constant '" + constant.name + "' rests on itself")
         .Note(constant.span, "declared here");
     return Type::kError;
   }
-  ResolveConstant(index);
+  Resolve(index);
   expr->meaning = Meaning::kConstant;
   expr->cell = constant.cell;
   return constant.type;

@@ -1,0 +1,36 @@
+#pragma once
+// Constants: `const NAME = VALUE;`, whose values are known at compile time.
+
+#include <functional>
+
+#include "compiler/dynarole/scope.h"
+
+namespace morphbus::dynarole {
+
+/// Computes constants, each after those that it rests on, which may stand behind it.
+class ConstantChecker {
+ public:
+  /// `infer` finds the type of an expression, and hands the constants that it names back to Infer.
+  /// All arguments must outlive the checker.
+  ConstantChecker(ProgramModel* model, Scope* scope, CheckPass* pass,
+                  std::function<Type(Expr*)> infer)
+      : model_(*model), scope_(*scope), pass_(*pass), infer_(std::move(infer)) {}
+
+  /// Computes all of them, before any other expression is looked at. Constants rest on nothing but
+  /// each other, so one pass, the final one, is enough.
+  void CheckAll();
+  /// The type and value of a constant where it is named.
+  Type Infer(Expr* expr, int index);
+
+ private:
+  /// Computes one; its type is kError if that fails.
+  void Resolve(int index);
+
+  ProgramModel& model_;
+  Scope& scope_;
+  CheckPass& pass_;
+  std::function<Type(Expr*)> infer_;
+  int depth_ = 0;  ///< Constants that are being computed, each for the one before.
+};
+
+}  // namespace morphbus::dynarole

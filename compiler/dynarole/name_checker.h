@@ -1,0 +1,41 @@
+#pragma once
+// Names that stand alone: of variables, fields, labels and constants, and words behind '$'.
+
+#include "compiler/dynarole/constant_checker.h"
+#include "compiler/dynarole/part_checker.h"
+
+namespace morphbus::dynarole {
+
+/// Finds what a name means where it stands.
+class NameChecker {
+ public:
+  /// All arguments must outlive it.
+  NameChecker(const keywords::KeywordTable& keywords, ProgramModel* model, Scope* scope,
+              PartChecker* parts, ConstantChecker* constants, CheckPass* pass)
+      : keywords_(keywords),
+        model_(*model),
+        scope_(*scope),
+        parts_(*parts),
+        constants_(*constants),
+        pass_(*pass) {}
+
+  /// A name alone is a variable, a field, a label or a constant; anything else is unknown.
+  Type InferName(Expr* expr);
+  /// `$NAME` is a direction, an axis, a role or a part of the module, in that order.
+  Type InferDollar(Expr* expr);
+
+ private:
+  /// Reports a name that means nothing here, with what it may have meant: a name of another kind,
+  /// one of a subrole, a slip. Returns kError.
+  Type UnknownName(const Expr& expr);
+  Type UnknownDollar(const Expr& expr);
+
+  const keywords::KeywordTable& keywords_;
+  ProgramModel& model_;
+  Scope& scope_;
+  PartChecker& parts_;
+  ConstantChecker& constants_;
+  CheckPass& pass_;
+};
+
+}  // namespace morphbus::dynarole

@@ -1,0 +1,124 @@
+#include "compiler/dynarole/operator_checker.h"
+
+#include "compiler/dynarole/constants.h"
+
+namespace morphbus::dynarole {
+
+using source::Diagnostic;
+
+Type OperatorChecker::InferUnary(Expr* expr) {
+  Expr* operand = expr->operands[0].get();
+  const Type type = operand->type;
+  if (expr->op == Operator::kNot) {
+    conversions_.Want(operand, Type::kBool, "the operand of '!'");
+    return Type::kBool;
+  }
+  if (type == Type::kError || type == Type::kUnknown || IsNumber(type)) return type;
+  return pass_.Wrong(operand->span,
+                     "the operand of '-' must be a number, but this is " + NameOf(type));
+}
+
+Type OperatorChecker::InferBinary(Expr* expr) {
+  Expr* left = expr->operands[0].get();
+  Expr* right = expr->operands[1].get();
+  const std::string sign = "'" + NameOf(expr->op) + "'";
+  if (expr->op == Operator::kAnd || expr->op == Operator::kOr) {
+    conversions_.Want(left, Type::kBool, "the left side of " + sign);
+    conversions_.Want(right, Type::kBool, "the right side of " + sign);
+    return Type::kBool;
+  }
+  // Of an operand that was reported nothing follows but the kind of the result.
+  if (left->type == Type::kError || right->type == Type::kError) {
+    return IsArithmetic(expr->op) ? Type::kError : Type::kBool;
+  }
+  // A parameter beside a number is one, if nothing better is known about it.
+  if (pass_.phase() == Phase::kDefaults && left->type == Type::kUnknown)
+    conversions_.Hint(left, right->type);
+  if (pass_.phase() == Phase::kDefaults && right->type == Type::kUnknown)
+    conversions_.Hint(right, left->type);
+  return IsArithmetic(expr->op) ? InferArithmetic(expr) : InferComparison(expr);
+}
+
+Type OperatorChecker::InferArithmetic(Expr* expr) {
+  Expr* left = expr->operands[0].get();
+  Expr* right = expr->operands[1].get();
+  const bool direction = left->type == Type::kDirection || right->type == Type::kDirection;
+  if (direction && expr->op == Operator::kAdd) return InferDiagonal(expr);
+  for (Expr* operand : {left, right}) {
+    // Sets count in sums as they do in comparisons.
+    if (IsSet(operand->type)) operand->wanted = Type::kInt;
+    const Type type = operand->wanted == Type::kInt ? Type::kInt : operand->type;
+    if (IsNumber(type) || type == Type::kUnknown) continue;
+    return pass_.Wrong(operand->span, "the operands of '" + NameOf(expr->op) +
+                                          "' must be numbers, but this is " + NameOf(type));
+  }
+  // The sum is an int if both operands are; an operand that is not known yet decides later.
+  const Type a = IsSet(left->type) ? Type::kInt : left->type;
+  const Type b = IsSet(right->type) ? Type::kInt : right->type;
+  if (a == Type::kUnknown || b == Type::kUnknown) {
+    return a == Type::kFloat || b == Type::kFloat ? Type::kFloat : Type::kUnknown;
+  }
+  if (a != b) (a == Type::kFloat ? right : left)->wanted = Type::kFloat;
+  return a == b ? a : Type::kFloat;
+}
+
+Type OperatorChecker::InferDiagonal(Expr* expr) {
+  for (ExprPtr& operand : expr->operands) {
+    if (operand->type == Type::kUnknown) conversions_.Hint(operand.get(), Type::kDirection);
+    conversions_.Want(operand.get(), Type::kDirection, "the operands of '+' beside a direction");
+    if (operand->type == Type::kError) return Type::kError;
+  }
+  if (Fold(*expr).fault == vm::FaultCode::kNotPerpendicular) {
+    return pass_.Wrong(
+        expr->span, "these directions are not square to each other",
+        "a diagonal is a sum of two or three of $NORTH or $SOUTH, $UP or $DOWN, $EAST or "
+        "$WEST");
+  }
+  return Type::kDirection;
+}
+
+Type OperatorChecker::InferComparison(Expr* expr) {
+  Expr* left = expr->operands[0].get();
+  Expr* right = expr->operands[1].get();
+  const Type a = left->type;
+  const Type b = right->type;
+  const bool equality = expr->op == Operator::kEqual || expr->op == Operator::kNotEqual;
+  // A set on one side, a number on the other: sizes are compared.
+  if (IsSet(a) && (IsNumber(b) || b == Type::kUnknown)) {
+    CompareSizes(left, right);
+    return Type::kBool;
+  }
+  if (IsSet(b) && (IsNumber(a) || a == Type::kUnknown)) {
+    CompareSizes(right, left);
+    return Type::kBool;
+  }
+  if (a == Type::kUnknown || b == Type::kUnknown) {
+    // Directions, axes, roles and bools have no other reading.
+    if (equality && a != Type::kUnknown && !IsNumber(a)) conversions_.Hint(right, a);
+    if (equality && b != Type::kUnknown && !IsNumber(b)) conversions_.Hint(left, b);
+    return Type::kBool;
+  }
+  // Otherwise both sides need one type, and an order only numbers have.
+  const std::optional<Type> joined = Join(a, b);
+  const bool comparable =
+      joined && *joined != Type::kVoid && !IsSet(*joined) && (equality || IsNumber(*joined));
+  if (!comparable) {
+    Diagnostic& error =
+        pass_.Error(expr->name_span, "cannot compare " + NameOf(a) + " with " + NameOf(b) +
+                                         " by '" + NameOf(expr->op) + "'");
+    if (IsSet(a) && IsSet(b)) error.hint = "compare sizes: sizeof(...) == sizeof(...)";
+    if (joined && !equality && !IsSet(a)) error.hint = "only numbers have an order";
+    return Type::kBool;
+  }
+  // The narrower side is converted: an int beside a float, $ANY beside a direction or axis.
+  if (a != *joined) left->wanted = *joined;
+  if (b != *joined) right->wanted = *joined;
+  return Type::kBool;
+}
+
+void OperatorChecker::CompareSizes(Expr* set, Expr* other) {
+  set->wanted = other->type == Type::kFloat ? Type::kFloat : Type::kInt;
+  if (other->type == Type::kUnknown) conversions_.Hint(other, Type::kInt);
+}
+
+}  // namespace morphbus::dynarole

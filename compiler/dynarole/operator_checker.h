@@ -1,0 +1,33 @@
+#pragma once
+// Operators: arithmetic, comparisons, logic, diagonals of directions.
+
+#include "compiler/dynarole/conversions.h"
+
+namespace morphbus::dynarole {
+
+/// Finds the types of expressions with an operator, whose operands have been given theirs.
+class OperatorChecker {
+ public:
+  /// Both must outlive it.
+  OperatorChecker(Conversions* conversions, CheckPass* pass)
+      : conversions_(*conversions), pass_(*pass) {}
+
+  /// `-x` has the type of x; `!x` is a bool.
+  Type InferUnary(Expr* expr);
+  Type InferBinary(Expr* expr);
+
+ private:
+  Type InferArithmetic(Expr* expr);
+  /// `$NORTH + $UP`: what is known now must be a direction; the rest is a fault later.
+  Type InferDiagonal(Expr* expr);
+  /// Comparisons are bools, whatever is wrong with their sides, so that one slip causes no second
+  /// message.
+  Type InferComparison(Expr* expr);
+  /// Makes `set` stand for its size beside the number `other`.
+  void CompareSizes(Expr* set, Expr* other);
+
+  Conversions& conversions_;
+  CheckPass& pass_;
+};
+
+}  // namespace morphbus::dynarole

@@ -1,0 +1,51 @@
+#pragma once
+// Statements: the bodies of startups, behaviors, commands, handlers and functions.
+
+#include "compiler/dynarole/expression_checker.h"
+
+namespace morphbus::dynarole {
+
+/// Checks the statements of the routine that the scope is in.
+class StatementChecker {
+ public:
+  /// All arguments must outlive it.
+  StatementChecker(ProgramModel* model, Scope* scope, ExpressionChecker* expressions,
+                   CheckPass* pass)
+      : model_(*model), scope_(*scope), expressions_(*expressions), pass_(*pass) {}
+
+  /// Checks a block, which is a scope of its own, and warns of what is never reached in it.
+  void CheckBlock(Stmt* block);
+  /// Whether what stands behind the statement is never reached, in its block.
+  [[nodiscard]] static bool AlwaysReturns(const Stmt& statement);
+
+ private:
+  void CheckStatement(Stmt* statement);
+  /// The same with a scope of its own, as branches and bodies have also without braces.
+  void CheckScoped(Stmt* statement);
+  /// `var NAME = VALUE;` declares a local, whose type is that of the value.
+  void CheckVar(Stmt* statement);
+  void CheckAssign(Stmt* statement);
+  /// Finds what is assigned to, a variable, parameter or field, whose type is `type` if that of a
+  /// parameter is not known yet; false if it is neither.
+  bool FindTarget(Stmt* statement, Type type);
+  /// Reports what is neither: perhaps a constant, a label, a slip.
+  void UnknownTarget(const Stmt& statement);
+  /// A return settles the type of the routine's result, or must fit it.
+  void CheckReturn(Stmt* statement);
+  void CheckExprStatement(Stmt* statement);
+  /// A loop with a head of its own, whose variable ends with it.
+  void CheckFor(Stmt* statement);
+  /// `break` and `continue` stand in a loop.
+  void CheckLeave(const Stmt& statement);
+  /// Only a bool is a condition: no number and no set stands for one. `word` is that of the
+  /// statement, "if" or "while", for the message.
+  void CheckCondition(Expr* condition, const char* word);
+
+  ProgramModel& model_;
+  Scope& scope_;
+  ExpressionChecker& expressions_;
+  CheckPass& pass_;
+  int loops_ = 0;  ///< Loops around the statement being checked.
+};
+
+}  // namespace morphbus::dynarole
