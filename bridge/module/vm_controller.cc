@@ -90,9 +90,7 @@ void VmController::BeginAnew(uint32_t incarnation) {
 }
 
 void VmController::Tick(const vm::TickInput& input, vm::TickOutput* output) {
-  programs_.BeforeTick(input, vm_.get());
-  vm_->Tick(input, output);
-  programs_.AfterTick(&output->message);
+  programs_.Tick(input, vm_.get(), output);
 }
 
 void VmController::TakePiece(const morphbus::deploy_piece_t& piece) {

@@ -8,7 +8,7 @@
 
 #include "bridge/lockstep/module_participant.h"
 #include "bridge/module/package_memory.h"
-#include "vm/port/program_changer.h"
+#include "vm/programs/program_changer.h"
 #include "vm/vm.h"
 
 namespace morphbus::bridge {

@@ -6,8 +6,7 @@ namespace {
 
 /// Of a frame's body: module and connector that speak.
 constexpr int kHeaderBytes = 3;
-/// A tick beyond this is not believed, as no module could come back from it: 2^30 ticks of 20 ms
-/// are 248 days.
+/// A tick beyond this, 248 days of 20 ms, is not believed: no module could come back from it.
 constexpr int64_t kMaxTick = int64_t{1} << 30;
 
 }  // namespace
@@ -70,9 +69,7 @@ void Firmware::Tick(int64_t time_us) {
     if (!input_.connectors[c].docked) input_.messages[c] = nullptr;
   }
   hardware_.ReadSensors(&input_);
-  programs_.BeforeTick(input_, &vm_);
-  vm_.Tick(input_, &output_);
-  programs_.AfterTick(&output_.message);
+  programs_.Tick(input_, &vm_, &output_);
   // What was heard counts in one tick.
   for (int c = 0; c < kinematics_.num_connectors(); ++c) {
     input_.messages[c] = nullptr;

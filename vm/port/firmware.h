@@ -3,7 +3,7 @@
 
 #include "vm/port/frame.h"
 #include "vm/port/message_pool.h"
-#include "vm/port/program_changer.h"
+#include "vm/programs/program_changer.h"
 #include "vm/vm.h"
 
 namespace morphbus::vm {
@@ -49,8 +49,7 @@ class Firmware {
            const VerifiedProgram& program, VmState* state, Hardware* hardware,
            PackageStore* packages = nullptr);
 
-  /// Says on all links which module is here. Not needed, but a neighbour is then known before the
-  /// first tick.
+  /// May say on all links which module is here, so that it is known before the first tick.
   void Greet() { SendAll(0); }
   /// Takes in what has come on the links. To be called so often that their buffers do not overflow.
   void Listen();
@@ -91,10 +90,8 @@ class Firmware {
   ProgramChanger programs_;
   TickInput input_;
   TickOutput output_;
-  /// The newest tick that any neighbour spoke of.
-  int64_t heard_tick_ = -1;
-  // By connector: which module is there, what has come of a frame; the messages that input_ points
-  // to.
+  int64_t heard_tick_ = -1;  ///< The newest tick that any neighbour spoke of.
+  // By connector: which module is there, and what has come of a frame; what input_ points to.
   LinkedNeighbour neighbours_[kMaxConnectors];
   FrameReader readers_[kMaxConnectors];
   MessagePool pool_;

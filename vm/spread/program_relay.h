@@ -16,7 +16,7 @@
 //
 // Use, each tick: Receive(input); if ready(), verify the package, then Keep() or Refuse(); if
 // verified() and its tick has come, Vm::ReplaceProgram and Accept(); after Vm::Tick,
-// Fill(&output.message). ProgramChanger (vm/port/program_changer.h) does all that.
+// Fill(&output.message). ProgramChanger (vm/programs/program_changer.h) does all that.
 
 #include <cstdint>
 #include <type_traits>

@@ -1,4 +1,4 @@
-#include "vm/port/program_changer.h"
+#include "vm/programs/program_changer.h"
 
 #include "vm/image/verifier.h"
 
@@ -56,10 +56,12 @@ void ProgramChanger::SwitchIfDue(int64_t tick, Vm* vm) {
   relay_.Accept();
 }
 
-void ProgramChanger::BeforeTick(const TickInput& input, Vm* vm) {
+void ProgramChanger::Tick(const TickInput& input, Vm* vm, TickOutput* output) {
   relay_.Receive(input);
   VerifyIfReady();
   SwitchIfDue(input.tick, vm);
+  vm->Tick(input, output);
+  relay_.Fill(&output->message);
 }
 
 bool ProgramChanger::Deploy(const uint8_t* package, uint32_t size, uint64_t id) {

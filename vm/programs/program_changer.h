@@ -16,7 +16,7 @@ namespace morphbus::vm {
 bool VerifyPackage(const uint8_t* bytes, uint32_t size, VerifiedProgram* program,
                    PackageHead* head);
 
-/// Feeds a relay and does what follows. Before and after each tick of the VM it is called.
+/// Feeds a relay and does what follows, around each tick of the VM.
 class ProgramChanger {
  public:
   /// All that it is given outlives it. `state` is as made, before Begin, or saved, before Resume.
@@ -29,14 +29,12 @@ class ProgramChanger {
   /// False if they cannot be of one.
   bool Resume();
 
-  /// Takes what the neighbours said of programs, and has a package verified that has come whole.
-  /// Refused, it is remembered, so that it is not collected a second time. Then, if the tick of
-  /// what was verified has come, `input` being of the tick to compute, the VM goes over to it. A
-  /// module that has heard of no root has no clock to wait by, and no role to lose: it goes at
-  /// once.
-  void BeforeTick(const TickInput& input, Vm* vm);
-  /// Adds to the VM's message what this module says of programs.
-  void AfterTick(NeighbourMessage* message) { relay_.Fill(message); }
+  /// Computes a tick of the VM. Before it takes what the neighbours said of programs, and has a
+  /// package verified that has come whole. Refused, it is remembered, so that it is not collected a
+  /// second time. Then, if the tick of what was verified has come, the VM goes over to it. A module
+  /// that has heard of no root has no clock to wait by, and no role to lose: it goes at once.
+  /// Afterwards adds to the VM's message what this module says of programs.
+  void Tick(const TickInput& input, Vm* vm, TickOutput* output);
 
   /// Hands a package to this module, from where it spreads; false if it is none that can run here,
   /// or not the one of this id (PackageId), of which 0 says nothing.
