@@ -8,38 +8,19 @@
 #include "compiler/base/check.h"
 
 namespace morphbus::bridge {
-namespace {
-
-/// Whether every flag is set.
-bool All(const std::vector<bool>& flags) {
-  return std::all_of(flags.begin(), flags.end(), [](bool flag) { return flag; });
-}
-
-}  // namespace
 
 SimLockstep::SimLockstep(const Config& config)
     : config_(config),
+      attendance_(config.num_modules, config.logger),
       patience_(config.num_modules, config.timing),
       // Real time always has a pace.
       pace_(config.tick_us, config.realtime && config.speed <= 0 ? 1 : config.speed) {
   MORPHBUS_CHECK(config.num_modules > 0);
-  const auto modules = static_cast<size_t>(config.num_modules);
-  hello_.assign(modules + (config.logger ? 1 : 0), false);
-  end_acked_ = hello_;
-  // Only modules answer ticks; the logger acknowledges in its own time.
-  answered_ = leaving_ = lost_ = std::vector<bool>(modules, false);
-}
-
-bool SimLockstep::AllGreeted() const { return All(hello_); }
-bool SimLockstep::AllAnswered() const { return NumMissing() == 0; }
-
-bool SimLockstep::AnyLeaving() const {
-  return std::find(leaving_.begin(), leaving_.end(), true) != leaving_.end();
 }
 
 void SimLockstep::AskToLeave(Actions* out) const {
-  for (size_t i = 0; i < leaving_.size(); ++i) {
-    if (leaving_[i]) out->push_back({SimAction::Kind::kAskToLeave, tick_, static_cast<int>(i)});
+  for (int i = 0; i < config_.num_modules; ++i) {
+    if (attendance_.leaving(i)) out->push_back({SimAction::Kind::kAskToLeave, tick_, i});
   }
 }
 
@@ -72,32 +53,30 @@ void SimLockstep::PublishTick(int64_t now_us, Actions* out) {
   ask_.Arm(now_us, Patience(config_.num_modules));
 }
 
-bool SimLockstep::NoteFirst(int index, int64_t now_us, std::vector<bool>* flags) {
-  if (index < 0 || static_cast<size_t>(index) >= flags->size() || (*flags)[index]) return false;
-  (*flags)[index] = true;
-  silence_.Heard(now_us);
-  return true;
-}
-
 void SimLockstep::OnHello(int process, int64_t now_us, Actions* out) {
   // After an early end, whoever joins now must still hear of it.
   const bool joins = phase_ == Phase::kStart || phase_ == Phase::kEnding;
-  if (!joins || !NoteFirst(process, now_us, &hello_) || phase_ == Phase::kEnding) return;
-  if (AllGreeted()) PublishTick(now_us, out);
+  if (!joins || !attendance_.Greet(process)) return;
+  silence_.Heard(now_us);
+  if (phase_ == Phase::kEnding) return;
+  if (attendance_.AllGreeted()) PublishTick(now_us, out);
   TryAdvance(now_us, out);
 }
 
 void SimLockstep::OnActuator(int module, int64_t tick, int64_t now_us, Actions* out) {
   if (phase_ != Phase::kStart && phase_ != Phase::kRun) return;
-  const bool first = tick == tick_ && NoteFirst(module, now_us, &answered_);
+  // A repetition, which is common after loss, says nothing but that we may have asked too soon.
+  const bool first = tick == tick_ && attendance_.Answer(module);
   if (!first) return patience_.AnsweredAgain(module, tick, tick == tick_, now_us);
+  silence_.Heard(now_us);
   patience_.Answered(now_us);
-  if (++num_answers_ == 1 && patience_.LearnAtFirstAnswer(tick_)) {
+  const int answers = attendance_.num_answers(), missing = attendance_.num_missing();
+  if (answers == 1 && patience_.LearnAtFirstAnswer(tick_)) {
     ask_.Arm(patience_.published_us(), Patience(config_.num_modules));
   }
-  if (AllAnswered() && phase_ == Phase::kRun) patience_.Measure(tick_, num_answers_);
+  if (missing == 0 && phase_ == Phase::kRun) patience_.Measure(tick_, answers);
   // What is missing now decides how long the next request waits.
-  if (NumMissing() > 0) ask_.Progress(Patience(NumMissing()));
+  if (missing > 0) ask_.Progress(Patience(missing));
   TryAdvance(now_us, out);
 }
 
@@ -111,15 +90,14 @@ void SimLockstep::OnLogAck(int64_t tick, int64_t now_us, Actions* out) {
 
 void SimLockstep::OnEndAck(int process, int64_t now_us, Actions* out) {
   // A module that was told to leave says by this that it has.
-  if (process >= 0 && process < config_.num_modules && leaving_[process]) {
-    leaving_[process] = false;
-    lost_[process] = end_acked_[process] = true;
+  if (attendance_.Leave(process)) {
     silence_.Heard(now_us);
     if (phase_ == Phase::kEnding) return ConcludeIfAcknowledged(now_us, out);
     return TryAdvance(now_us, out);
   }
   // Only an acknowledgement of an END that is out can mean anything.
-  if (phase_ != Phase::kEnding || !NoteFirst(process, now_us, &end_acked_)) return;
+  if (phase_ != Phase::kEnding || !attendance_.Acknowledge(process)) return;
+  silence_.Heard(now_us);
   ConcludeIfAcknowledged(now_us, out);
 }
 
@@ -134,13 +112,13 @@ void SimLockstep::TryAdvance(int64_t now_us, Actions* out) {
   if (phase_ != Phase::kStart && phase_ != Phase::kRun) return;
   // Nothing moves before all have joined, then before all have answered, then before the logger has
   // caught up, then before it is time.
-  if (phase_ == Phase::kStart && !AllGreeted()) return;
+  if (phase_ == Phase::kStart && !attendance_.AllGreeted()) return;
   if (config_.realtime) return TryRealtime(now_us, out);
-  if (!AllAnswered()) return;
+  if (!attendance_.AllAnswered()) return;
   if (paused_ && steps_ == 0 && !stop_) return Hold();
   // Whoever is to be gone in the next tick leaves after its answer to this one. A run that ends now
   // loses nobody.
-  if (AnyLeaving() && !stop_) {
+  if (attendance_.AnyLeaving() && !stop_) {
     holding_ = false;
     if (asked_to_leave_tick_ == tick_) return;
     asked_to_leave_tick_ = tick_;
@@ -177,9 +155,9 @@ void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
   if (paused_ && steps_ == 0 && !stop_) return Hold();
   ask_.Disarm();
   holding_ = false;
-  if (now_us < TickOverUs() && !(stop_ && AllAnswered())) return;
+  if (now_us < TickOverUs() && !(stop_ && attendance_.AllAnswered())) return;
   // The wall does not wait: who has not answered by now missed a deadline.
-  missed_deadlines_ += std::count(answered_.begin(), answered_.end(), false);
+  missed_deadlines_ += attendance_.num_missing();
   // Whoever was told to leave may not have heard it.
   AskToLeave(out);
   // A sim that fell far behind the wall, or was stopped, does not rush to catch up.
@@ -200,9 +178,7 @@ void SimLockstep::AdvanceOneTick(int64_t now_us, Actions* out) {
   ++tick_;
   if (paused_ && steps_ > 0) --steps_;
   // For those that are lost nobody waits.
-  answered_ = lost_;
-  num_lost_ = static_cast<int>(std::count(lost_.begin(), lost_.end(), true));
-  num_answers_ = 0;
+  attendance_.BeginTick();
   holding_ = false;
   phase_ = Phase::kRun;
   // After the last tick comes END instead of sensors; else the next tick goes out and is awaited.
@@ -241,15 +217,10 @@ void SimLockstep::EnterEnding(int64_t now_us, Actions* out) {
   ConcludeIfAcknowledged(now_us, out);
 }
 
-bool SimLockstep::all_modules_acknowledged() const {
-  return std::all_of(end_acked_.begin(), end_acked_.begin() + config_.num_modules,
-                     [](bool acknowledged) { return acknowledged; });
-}
-
 void SimLockstep::ConcludeIfAcknowledged(int64_t now_us, Actions* out) {
   // Who has not joined cannot acknowledge, but may be about to join: CheckSilence ends the wait.
-  for (int i = 0; i < static_cast<int>(hello_.size()); ++i) {
-    if (!end_acked_[i] && (hello_[i] || !IsSilent(i))) return;
+  for (int i = 0; i < attendance_.size(); ++i) {
+    if (!attendance_.acknowledged(i) && (attendance_.greeted(i) || !IsSilent(i))) return;
   }
   Conclude(now_us, out);
 }
@@ -257,13 +228,14 @@ void SimLockstep::ConcludeIfAcknowledged(int64_t now_us, Actions* out) {
 void SimLockstep::Conclude(int64_t now_us, Actions* out) {
   // Who acknowledged END though it was silent before had waited for another one, which did not.
   std::vector<int> unheard;
-  for (int i = 0; i < static_cast<int>(hello_.size()); ++i) {
-    const bool never_joined = !hello_[i] && IsSilent(i);
-    if (never_joined || (hello_[i] && !end_acked_[i])) unheard.push_back(i);
+  for (int i = 0; i < attendance_.size(); ++i) {
+    const bool joined = attendance_.greeted(i);
+    const bool never_joined = !joined && IsSilent(i);
+    if (never_joined || (joined && !attendance_.acknowledged(i))) unheard.push_back(i);
   }
   if (!unheard.empty()) silent_ = unheard;
   // The log's END must say how the run ended, so the logger is told and has to confirm it.
-  if (!config_.logger || !end_acked_[logger_number()]) return Finish(out);
+  if (!config_.logger || !attendance_.acknowledged(logger_number())) return Finish(out);
   phase_ = Phase::kConcluding;
   out->push_back({SimAction::Kind::kTellVerdict, tick_, logger_number()});
   ask_.Arm(now_us, config_.timing.ask_after_us);
@@ -283,8 +255,8 @@ bool SimLockstep::IsSilent(int process) const {
 }
 
 bool SimLockstep::OnlySilentMissing() const {
-  for (int i = 0; i < static_cast<int>(hello_.size()); ++i) {
-    if (hello_[i] && !end_acked_[i] && !IsSilent(i)) return false;
+  for (int i = 0; i < attendance_.size(); ++i) {
+    if (attendance_.greeted(i) && !attendance_.acknowledged(i) && !IsSilent(i)) return false;
   }
   return true;
 }
@@ -296,7 +268,7 @@ void SimLockstep::CheckSilence(int64_t now_us, Actions* out) {
   if (holding_ || (config_.realtime && phase_ == Phase::kRun)) return silence_.Heard(now_us);
   // How long a silence may last depends on what the sim waits for.
   int64_t limit = timing.run_silence_us;
-  if (phase_ == Phase::kStart && !AllGreeted()) limit = timing.join_silence_us;
+  if (phase_ == Phase::kStart && !attendance_.AllGreeted()) limit = timing.join_silence_us;
   if (phase_ >= Phase::kEnding) limit = timing.end_silence_us;
   // Those that were silent before END have had their time already.
   if (phase_ == Phase::kEnding && OnlySilentMissing()) limit = timing.linger_us;
@@ -312,14 +284,15 @@ void SimLockstep::GiveUpOnSilent(int64_t now_us, Actions* out) {
   }
   if (phase_ != Phase::kStart && phase_ != Phase::kRun) return;
   // Whoever the next step waits for: first for all to join, then for answers, then for the logger.
-  for (int i = 0; i < static_cast<int>(hello_.size()); ++i) {
-    bool awaited = i == logger_number();
-    if (!AllGreeted()) {
-      awaited = !hello_[i];
-    } else if (!AllAnswered()) {
-      awaited = i < config_.num_modules && !answered_[i];
-    } else if (AnyLeaving()) {
-      awaited = i < config_.num_modules && leaving_[i];
+  for (int i = 0; i < attendance_.size(); ++i) {
+    const bool logger = i == logger_number();
+    bool awaited = logger;
+    if (!attendance_.AllGreeted()) {
+      awaited = !attendance_.greeted(i);
+    } else if (!attendance_.AllAnswered()) {
+      awaited = !logger && !attendance_.answered(i);
+    } else if (attendance_.AnyLeaving()) {
+      awaited = !logger && attendance_.leaving(i);
     }
     if (awaited) silent_.push_back(i);
   }
@@ -342,19 +315,19 @@ void SimLockstep::OnAskTimer(int64_t now_us, Actions* out) {
   if (phase_ == Phase::kConcluding) {
     return out->push_back({SimAction::Kind::kTellVerdict, tick_, logger_number()});
   }
-  if (!AllAnswered()) return AskForAnswers(now_us, out);
+  if (!attendance_.AllAnswered()) return AskForAnswers(now_us, out);
   // All answers are there, so if we wait it is for one that leaves, or for the logger.
-  if (AnyLeaving() && !stop_) return AskToLeave(out);
+  if (attendance_.AnyLeaving() && !stop_) return AskToLeave(out);
   if (!WindowOpen()) out->push_back({SimAction::Kind::kPollLogger, tick_, -1});
 }
 
 void SimLockstep::AskForAnswers(int64_t now_us, Actions* out) {
-  patience_.BeginAsking(tick_, num_answers_, phase_ == Phase::kRun);
+  patience_.BeginAsking(tick_, attendance_.num_answers(), phase_ == Phase::kRun);
   heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
   // The request comes first: it reaches a module that has answered, and says nothing to one that
   // lacks SENSORS, which come behind it.
   for (int i = 0; i < config_.num_modules; ++i) {
-    if (answered_[i]) continue;
+    if (attendance_.answered(i)) continue;
     patience_.Ask(i, tick_);
     out->push_back({SimAction::Kind::kAskModule, tick_, i});
   }
@@ -407,14 +380,10 @@ void SimLockstep::SetSpeed(double speed, int64_t now_us, Actions* out) {
 }
 
 void SimLockstep::Lose(int module, int64_t now_us, Actions* out) {
-  if (phase_ >= Phase::kEnding || lost(module)) return;
-  leaving_[module] = true;
-  // The wall does not wait for anybody's farewell.
-  if (config_.realtime) {
-    lost_[module] = true;
-    if (!answered_[module]) ++num_answers_;
-    answered_[module] = true;
-  }
+  if (phase_ >= Phase::kEnding || attendance_.lost(module)) return;
+  attendance_.AskToLeave(module);
+  // The wall does not wait for a farewell.
+  if (config_.realtime) attendance_.GoOnWithout(module);
   TryAdvance(now_us, out);
 }
 
@@ -437,8 +406,9 @@ int64_t SimLockstep::next_deadline_us() const {
 }
 
 void SimLockstep::AddFingerprint(std::string* print) const {
-  AddPrints(print, phase_, tick_, acknowledged_, steps_, hello_, answered_, end_acked_, leaving_,
-            lost_, barrier_, at_barrier_, asked_to_leave_tick_ == tick_, stop_, paused_, holding_,
+  AddPrints(print, phase_, tick_, acknowledged_, steps_);
+  attendance_.AddFingerprint(print);
+  AddPrints(print, barrier_, at_barrier_, asked_to_leave_tick_ == tick_, stop_, paused_, holding_,
             ask_.armed(), silent_);
 }
 

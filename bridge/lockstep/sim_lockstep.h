@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bridge/lockstep/answer_patience.h"
+#include "bridge/lockstep/attendance.h"
 #include "bridge/lockstep/outbox.h"
 #include "bridge/lockstep/retry_timer.h"
 #include "bridge/lockstep/tick_pace.h"
@@ -133,21 +134,12 @@ class SimLockstep {
   [[nodiscard]] bool paused() const { return paused_; }
   /// The number of the logger among the processes.
   [[nodiscard]] int logger_number() const { return config_.num_modules; }
-  /// Every module has acknowledged END.
-  [[nodiscard]] bool all_modules_acknowledged() const;
   /// Done, and everybody answered in time.
   [[nodiscard]] bool ok() const { return done() && silent_.empty(); }
   /// Who kept silent too long; empty while all is well.
   [[nodiscard]] const std::vector<int>& silent() const { return silent_; }
-  /// The run goes on without this module, or will from the next tick on.
-  [[nodiscard]] bool lost(int module) const { return lost_[module] || leaving_[module]; }
-  /// It has left: nothing that it may still say counts.
-  [[nodiscard]] bool gone(int module) const { return lost_[module]; }
-  /// Whether a module, or every module, has answered the tick that is out.
-  [[nodiscard]] bool answered(int module) const { return answered_[module]; }
-  [[nodiscard]] bool AllAnswered() const;
-  /// Whether a process has said HELLO and was accepted.
-  [[nodiscard]] bool greeted(int process) const { return hello_[process]; }
+  /// Who has joined, answered and acknowledged, and whom the run goes on without.
+  [[nodiscard]] const Attendance& attendance() const { return attendance_; }
   /// The last tick of which the logger has everything; -1 for none.
   [[nodiscard]] int64_t acknowledged_tick() const { return acknowledged_; }
   /// Real time only: answers that had not come when their tick was over, summed over all modules,
@@ -162,22 +154,14 @@ class SimLockstep {
   /// how the run ended.
   enum class Phase : uint8_t { kIdle, kStart, kRun, kEnding, kConcluding, kDone };
 
-  /// Every process, the logger included, has joined.
-  [[nodiscard]] bool AllGreeted() const;
   /// The logger is close enough behind for another tick.
   [[nodiscard]] bool WindowOpen() const;
   /// Real time: wall time at which the present tick is over, whoever has answered. A run that is to
   /// stop does not wait for a slow pace.
   [[nodiscard]] int64_t TickOverUs() const;
-  /// Notes that a process or module has done for the first time what `flags` stand for, which ends
-  /// the silence. A repetition, which is common after loss, or an unknown number says nothing:
-  /// false.
-  bool NoteFirst(int index, int64_t now_us, std::vector<bool>* flags);
   /// Publishes the present tick, whose answers are awaited from now on.
   void PublishTick(int64_t now_us, Actions* out);
-  /// Somebody has been told to leave and has not acknowledged it.
-  [[nodiscard]] bool AnyLeaving() const;
-  /// Requests to all of those.
+  /// Requests to all modules that were told to leave and have not acknowledged it.
   void AskToLeave(Actions* out) const;
   /// Publishes the present tick's CLOCK, or repeats it.
   void PublishClock(int64_t now_us, Actions* out);
@@ -199,8 +183,6 @@ class SimLockstep {
   [[nodiscard]] int64_t Patience(int missing) const {
     return patience_.Of(missing, phase_ == Phase::kRun);
   }
-  /// Answers that the present tick still lacks.
-  [[nodiscard]] int NumMissing() const { return config_.num_modules - num_lost_ - num_answers_; }
   /// Asks for answers to the present tick, and repeats what those modules may have missed.
   void AskForAnswers(int64_t now_us, Actions* out);
   /// Stops asking, because it is the sim itself that does not go on.
@@ -219,11 +201,7 @@ class SimLockstep {
   Config config_;
   Phase phase_ = Phase::kIdle;
   int64_t tick_ = 0;
-  // By process (answered_: by module): has joined, has answered tick_, has acknowledged END.
-  std::vector<bool> hello_, answered_, end_acked_;
-  // By module: was told to leave, and has not acknowledged; nobody waits for it any more.
-  std::vector<bool> leaving_, lost_;
-  int num_lost_ = 0;
+  Attendance attendance_;
   int64_t asked_to_leave_tick_ = -1;  ///< The last tick in which somebody was asked to.
   // The next tick waits for PassBarrier, and kAtBarrier was given out.
   bool barrier_ = false, at_barrier_ = false;
@@ -235,7 +213,6 @@ class SimLockstep {
   int64_t steps_ = 0;     ///< Ticks to run though paused.
   RetryTimer ask_;
   AnswerPatience patience_;
-  int num_answers_ = 0;  ///< To the present tick.
   // The last tick whose CLOCK, and whose SENSORS and WORLD were published.
   int64_t clock_out_ = -1, readings_out_ = -1;
   SilenceMeter silence_;

@@ -86,7 +86,7 @@ void SimParticipant::Refuse(const std::string& why) {
 std::vector<std::string> SimParticipant::missing_processes() const {
   std::vector<std::string> missing;
   for (int i = 0; i < members_.size(); ++i) {
-    if (!machine_.greeted(i)) missing.push_back(members_.name(i));
+    if (!machine_.attendance().greeted(i)) missing.push_back(members_.name(i));
   }
   return missing;
 }
@@ -94,7 +94,7 @@ std::vector<std::string> SimParticipant::missing_processes() const {
 std::vector<std::string> SimParticipant::GoneModules() const {
   std::vector<std::string> gone;
   for (int i = 0; i < members_.num_modules(); ++i) {
-    if (machine_.gone(i)) gone.push_back(members_.name(i));
+    if (machine_.attendance().gone(i)) gone.push_back(members_.name(i));
   }
   return gone;
 }
@@ -110,8 +110,8 @@ void SimParticipant::OnHello(const uint8_t* data, size_t size) {
   const int process = members_.NumberOf(hello.process);
   const bool module = IsModule(process);
   const RunMembers::Standing standing = {machine_.started(), machine_.ending(),
-                                         module && machine_.lost(process),
-                                         module && machine_.answered(process)};
+                                         module && machine_.attendance().lost(process),
+                                         module && machine_.attendance().answered(process)};
   std::string why;
   const RunMembers::Welcome welcome = members_.OnHello(hello, standing, now_us(), &why);
   if (welcome == RunMembers::Welcome::kUnfit) return Refuse(why);
@@ -127,7 +127,8 @@ void SimParticipant::OnHello(const uint8_t* data, size_t size) {
 void SimParticipant::Admit(int module) {
   // The present tick is the first that the predecessor has not answered, or else the next one is.
   // In real time the newest sensors decide.
-  const int64_t last = machine_.answered(module) ? machine_.tick() : machine_.tick() - 1;
+  const int64_t last =
+      machine_.attendance().answered(module) ? machine_.tick() : machine_.tick() - 1;
   Say(kSimProcess, Topic::kAdmit, members_.AdmissionOf(module, last));
 }
 
@@ -156,7 +157,7 @@ void SimParticipant::OnActuator(int module, const uint8_t* data, size_t size) {
   // Old and repeated commands count in the ledger.
   SequenceTracker::Kind kind = SequenceTracker::Kind::kNext;
   if (!Track(&received_[place], channel, number, MessageDigest(data, size), &kind)) return;
-  if (machine_.gone(module)) return;
+  if (machine_.attendance().gone(module)) return;
   const bool fresh = kind != SequenceTracker::Kind::kDuplicate;
   if (options_.realtime && tick < machine_.tick() && fresh) {
     punctuality_.CameLate(module, tick, now_us());
@@ -190,7 +191,7 @@ void SimParticipant::OnTotals(const uint8_t* data, size_t size) {
   const auto fits = [&] { return (process = members_.NumberOf(totals.process)) >= 0; };
   if (!Accept(data, size, &totals, fits)) return;
   // What the logger was told of the run's end holds.
-  const bool leaves = IsModule(process) && machine_.lost(process);
+  const bool leaves = IsModule(process) && machine_.attendance().lost(process);
   if (verdict_told_ || (!machine_.ending() && !leaves)) return;
   // Every process says it again until all have said it. In real time the logger goes on recording
   // what comes late: its first whole report counts.
@@ -226,7 +227,8 @@ void SimParticipant::CarryOut(const SimAction& action) {
     // A tick that all have answered is repeated to show that we are still there.
     case SimAction::Kind::kRepeatReadings:
       return publisher_.RepeatSensors(action.tick, [this](size_t module) {
-        return machine_.AllAnswered() || !machine_.answered(static_cast<int>(module));
+        return machine_.attendance().AllAnswered() ||
+               !machine_.attendance().answered(static_cast<int>(module));
       });
     case SimAction::Kind::kAdvance:
       return Advance(action.tick);
@@ -263,7 +265,7 @@ void SimParticipant::BeginTick(int64_t tick) {
   if (before_tick_) before_tick_(tick);
   // Everybody's readings are of the same moment.
   readings_.Sense(robot_, sense_root_);
-  readings_.HideLost([this](int id) { return IsModule(id) && machine_.lost(id); });
+  readings_.HideLost([this](int id) { return IsModule(id) && machine_.attendance().lost(id); });
   if (const std::string why = readings_.WhyUnusable(options_.modules.size()); !why.empty()) {
     return Refuse(why + " (tick " + std::to_string(tick) + ")");
   }
@@ -289,7 +291,7 @@ void SimParticipant::Advance(int64_t tick) {
   commands_.Actuate(robot_, [this](size_t module) {
     // Real time: this one came too late. Of a module that is lost nothing is awaited.
     const int place = static_cast<int>(module);
-    if (!machine_.gone(place)) punctuality_.Missed(place);
+    if (!machine_.attendance().gone(place)) punctuality_.Missed(place);
   });
   robot_->Advance();
   // Found out here and not by the next tick's sensors, which the last tick does not have.
@@ -317,7 +319,7 @@ RunEnding::Facts SimParticipant::EndFacts() const {
   facts.missed_deadlines = machine_.missed_deadlines();
   for (const int process : machine_.silent()) facts.silent.push_back(members_.name(process));
   facts.gone = GoneModules();
-  facts.all_acknowledged = machine_.all_modules_acknowledged();
+  facts.all_acknowledged = machine_.attendance().AllModulesAcknowledged();
   facts.all_vouched_for = members_.all_vouched_for();
   return facts;
 }

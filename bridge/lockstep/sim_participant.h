@@ -60,7 +60,9 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   /// A control that the next CLOCK names must say so (LostModule in bridge/wire/channels.h).
   void Lose(size_t module) { Tell(&SimLockstep::Lose, static_cast<int>(module)); }
   /// Whether it was lost, or will be before the next tick.
-  [[nodiscard]] bool lost(size_t module) const { return machine_.lost(static_cast<int>(module)); }
+  [[nodiscard]] bool lost(size_t module) const {
+    return machine_.attendance().lost(static_cast<int>(module));
+  }
   /// Lockstep only: `at_barrier` is called, once, when all is there for the next tick, which waits
   /// for PassBarrier.
   void SetBarrier(std::function<void()> at_barrier) {
