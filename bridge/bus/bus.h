@@ -61,8 +61,7 @@ struct Ledger {
   int64_t fragments = 0;  ///< Parts of messages longer than a datagram.
   /// Filters that the kernel refused: every message of any program woke the process from then on.
   int64_t refused_filters = 0;
-  /// The first message that was refused as unauthentic or by one of these three, for people; empty
-  /// if there was none.
+  /// The first message that was refused by one of these three, for people; empty if there was none.
   std::string first_refused;
 };
 

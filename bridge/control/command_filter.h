@@ -17,8 +17,10 @@ class CommandFilter {
   enum class Kind : uint8_t {
     /// A command that is to be obeyed.
     kNew,
-    /// A command that was taken before: its sender has not heard the answer.
+    /// A command that was taken before, given once more: its sender has not heard the answer.
     kAgain,
+    /// A message that came before, or a command too old to be remembered: nobody waits for answers.
+    kRepeat,
     /// One that a later command came before; whoever gave it may give it anew.
     kOvertaken,
     /// What the sim itself said.
@@ -32,9 +34,17 @@ class CommandFilter {
   Kind Take(const morphbus::control_t& message);
 
  private:
+  /// A command that is remembered.
+  struct Heard {
+    int64_t counter = 0;
+    int64_t sequence = 0;  ///< The highest number under which its sender gave it.
+    bool taken = false;    ///< It had not been overtaken.
+  };
+
   Ledger& ledger_;
-  int64_t last_ = 0;           ///< The highest counter that was taken.
-  std::deque<int64_t> taken_;  ///< The latest counters, oldest first.
+  int64_t last_ = 0;         ///< The highest counter that was taken.
+  std::deque<Heard> heard_;  ///< The latest commands, oldest first.
+  int64_t forgotten_ = -1;   ///< The highest counter among those before them.
 };
 
 }  // namespace morphbus::bridge

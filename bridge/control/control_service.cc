@@ -74,6 +74,7 @@ void ControlService::OnMessage(const uint8_t* data, size_t size) {
   ++ledger_.received;
   switch (filter_.Take(message)) {
     case CommandFilter::Kind::kAnswer:
+    case CommandFilter::Kind::kRepeat:
       return;
     case CommandFilter::Kind::kAgain:
       return Repeat(message.counter);

@@ -13,7 +13,8 @@ constexpr int kManyAnswers = 4;
 AnswerPatience::AnswerPatience(int num_modules, const LockstepTiming& timing)
     : num_modules_(num_modules),
       timing_(timing),
-      asked_for_(static_cast<size_t>(num_modules), -1) {}
+      asked_for_(static_cast<size_t>(num_modules), -1),
+      doubled_(asked_for_) {}
 
 int64_t AnswerPatience::UsualUs() const {
   // The first guess: processors are shared by more modules than there are of them.
@@ -36,12 +37,23 @@ int64_t AnswerPatience::Of(int missing, bool running) const {
   return std::clamp(pause_us, timing_.ask_at_least_us, timing_.ask_slowest_us);
 }
 
+void AnswerPatience::Answered(int module, int64_t tick, int64_t now_us) {
+  answered_us_ = now_us;
+  if (asked_for_[module] != tick) doubling_.CameOnce();
+}
+
 void AnswerPatience::AnsweredAgain(int module, int64_t tick, bool out, int64_t now_us) {
   // What comes later is mostly for the logger, which asks for answers to ticks that are over.
-  const bool fresh = out || now_us - published_us_ < timing_.ask_at_least_us;
-  if (module < 0 || module >= num_modules_ || asked_for_[module] != tick || !fresh) return;
-  asked_for_[module] = -1;
-  ++num_twice_;
+  const bool soon = out || now_us - published_us_ < timing_.ask_at_least_us;
+  if (module < 0 || module >= num_modules_ || !soon) return;
+  if (asked_for_[module] == tick) {
+    asked_for_[module] = -1;
+    doubled_[module] = tick;
+    ++num_twice_;
+  } else if (doubled_[module] < tick) {
+    doubled_[module] = tick;
+    doubling_.CameTwice();
+  }
 }
 
 bool AnswerPatience::LearnAtFirstAnswer(int64_t tick) {
@@ -57,7 +69,7 @@ void AnswerPatience::Measure(int64_t tick, int num_answers) {
 
 void AnswerPatience::LearnFromRequests() {
   // By now all answers that were asked for have come, and the second ones, if there are any.
-  if (num_asked_ > 0) caution_.Learn(num_asked_, num_twice_);
+  if (num_asked_ > 0) caution_.Learn(num_asked_, doubling_.Beyond(num_twice_, num_asked_));
   num_asked_ = num_twice_ = 0;
 }
 

@@ -21,9 +21,9 @@ class AnswerPatience {
   /// When that was.
   [[nodiscard]] int64_t published_us() const { return published_us_; }
   /// A module has answered the tick that is out, for the first time.
-  void Answered(int64_t now_us) { answered_us_ = now_us; }
+  void Answered(int module, int64_t tick, int64_t now_us);
   /// A module has answered `tick` although that was there already, or is over. `out`: it is the
-  /// tick that is out. If it was asked for, that was too soon.
+  /// tick that is out. If it was asked for, that was too soon, unless so many come twice without.
   void AnsweredAgain(int module, int64_t tick, bool out, int64_t now_us);
   /// The first answer to a tick has come, and with it whatever came twice of the tick before. True
   /// if there was something to learn, so that the patience may have changed.
@@ -59,6 +59,10 @@ class AnswerPatience {
   int64_t asked_tick_ = -1;  ///< The last tick in which a module was asked.
   /// By module: the tick that it was last asked for, -1 once that is settled.
   std::vector<int64_t> asked_for_;
+  /// The share of answers that come twice though they were not asked for, and by module the last
+  /// tick whose answer came twice.
+  Doubling doubling_;
+  std::vector<int64_t> doubled_;
   /// How many modules were asked in that tick, and how many of their answers came twice.
   int num_asked_ = 0, num_twice_ = 0;
   /// Nothing has come of the tick that is asked for: then all of them are slower than usual, which

@@ -31,10 +31,6 @@ void ParticipantBase::CountBusLosses() {
   // Names are copied only when there is something new.
   const UnauthenticCounts& unauthentic = bus_->unauthentic();
   if (unauthentic.all != ledger_.unauthentic.all) ledger_.unauthentic = unauthentic;
-  if (unauthentic.all > 0 && ledger_.first_refused.empty()) {
-    ledger_.first_refused =
-        unauthentic.channels.front().first + ": not authentic: of another run, altered or made up";
-  }
   if (ledger_.fragments > 0 && ledger_.first_refused.empty()) {
     ledger_.first_refused = "a fragment of a message that is longer than a datagram";
   }
@@ -49,6 +45,12 @@ void ParticipantBase::CountRefused(int64_t Ledger::*count, std::string_view chan
   const std::string& run = outbox_.sender().run;
   if (channel.starts_with(run + "/")) channel.remove_prefix(run.size() + 1);
   ledger_.first_refused = CutText(std::string(channel) + ": " + why, kLongestText);
+}
+
+bool ParticipantBase::IsRepeat(const ChannelName& name, const uint8_t* data, size_t size) {
+  if (!repeats_.IsRepeat(name, data, size)) return false;
+  ++ledger_.duplicates;
+  return true;
 }
 
 bool ParticipantBase::Track(SequenceTracker* tracker, std::string_view channel, int64_t sequence,

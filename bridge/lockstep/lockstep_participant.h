@@ -14,6 +14,7 @@
 
 #include "bridge/lockstep/outbox.h"
 #include "bridge/lockstep/participant.h"
+#include "bridge/lockstep/repeat_filter.h"
 #include "bridge/lockstep/run_totals.h"
 #include "bridge/lockstep/sequence_tracker.h"
 
@@ -55,8 +56,8 @@ class ParticipantBase : public Participant {
   [[nodiscard]] std::string ChannelOf(std::string_view process, Topic topic) const;
 
   /// Calls `method` of this participant with each message on `channel`, during Bus::Handle; `who`
-  /// goes before the bytes. The bus keeps the participant's address, so the participant stays where
-  /// it is until the bus is gone.
+  /// goes before the bytes. Outside the hash a repetition goes no further. The bus keeps the
+  /// participant's address, so the participant stays where it is until the bus is gone.
   template <class Self, class... Arguments, class... Who>
   void Listen(const std::string& channel, void (Self::*method)(Arguments...), Who... who) {
     ListenFor(Interest(), channel, method, who...);
@@ -65,6 +66,8 @@ class ParticipantBase : public Participant {
   template <class Self, class... Arguments, class... Who>
   void ListenFor(const Interest& interest, const std::string& channel,
                  void (Self::*method)(Arguments...), Who... who);
+  /// Whether a message outside the hash has come before; counts it as a duplicate if so.
+  bool IsRepeat(const ChannelName& name, const uint8_t* data, size_t size);
   /// Decodes a message that speaks of this run's model and for which `fits` holds (if given; it is
   /// called once `*out` is filled), and counts it as received; else counts it as bad and returns
   /// false, and `*out` is unspecified.
@@ -110,6 +113,8 @@ class ParticipantBase : public Participant {
  private:
   /// The clock of now_us(); not owned.
   const TimeSource* time_;
+  /// Of everything that came outside the hash.
+  RepeatFilter repeats_;
   /// Wall time before which END is not acknowledged again, however often it is repeated.
   int64_t end_acked_until_us_ = 0;
 };
@@ -180,10 +185,16 @@ class LockstepParticipant : public ParticipantBase {
 template <class Self, class... Arguments, class... Who>
 void ParticipantBase::ListenFor(const Interest& interest, const std::string& channel,
                                 void (Self::*method)(Arguments...), Who... who) {
+  const std::optional<ChannelName> name = ParseChannel(channel);
+  const bool numbered = name && IsHashed(name->topic);
   bus_->Subscribe(
       channel,
-      [self = static_cast<Self*>(this), method, who...](std::string_view, const uint8_t* data,
-                                                        size_t size) {
+      [self = static_cast<Self*>(this), numbered, method, who...](
+          std::string_view on, const uint8_t* data, size_t size) {
+        if (!numbered && self->IsRepeat(*ParseChannel(on), data, size)) {
+          ++self->ledger_.received;
+          return;
+        }
         (self->*method)(who..., data, size);
       },
       interest);

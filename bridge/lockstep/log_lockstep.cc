@@ -78,7 +78,6 @@ LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phas
                                         Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return Taken::kKnown;
   if (!InWindow(tick)) return Taken::kOutside;
-  silence_.Heard(now_us);
   hello_.SimHeard();
   const bool end = phase == morphbus::sim_clock_t::PHASE_END;
   if (!end && sequence != tick) return Taken::kMisnumbered;
@@ -89,25 +88,23 @@ LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phas
     world_parts_ = world_parts;
   }
   if (end) return OnEnd(tick, now_us, out);
-  // The sim asks who is there, until it has heard everybody; then it leaves tick 0.
-  if (phase == morphbus::sim_clock_t::PHASE_START && complete_tick_ <= 0) {
+  const bool fresh = clock_.Take(sequence, config_.realtime);
+  // The sim has begun to listen, perhaps after we spoke.
+  if (fresh && phase == morphbus::sim_clock_t::PHASE_START && complete_tick_ <= 0) {
     out->push_back({LogAction::Kind::kHello});
   }
-  return Note(clock_.Take(sequence, config_.realtime), tick, now_us, out);
+  return Note(fresh, tick, now_us, out);
 }
 
 LogLockstep::Taken LogLockstep::OnEnd(int64_t tick, int64_t now_us, Actions* out) {
   // From here on nothing new can come; END carries the tick after the last one, or one that was not
   // answered.
-  const bool first = end_tick_ < 0;
-  if (first) {
-    end_tick_ = tick;
-    standstill_.Heard(now_us);
-  }
+  if (end_tick_ >= 0) return Taken::kKnown;
+  end_tick_ = tick;
+  silence_.Heard(now_us);
+  standstill_.Heard(now_us);
   AcknowledgeAndAsk(now_us, out);
-  // Every END is answered: the acknowledgement may have been lost.
-  if (!first && phase_ == Phase::kEnded) out->push_back({LogAction::Kind::kEndAck, complete_tick_});
-  return first ? Taken::kFresh : Taken::kKnown;
+  return Taken::kFresh;
 }
 
 LogLockstep::Taken LogLockstep::OnPart(Topic topic, int64_t sequence, int64_t tick, int64_t now_us,
@@ -156,8 +153,8 @@ LogLockstep::Taken LogLockstep::OnModule(Topic topic, int module, int64_t sequen
 /// A message that cannot be placed before CLOCK and SENSORS have told about the modules: it is
 /// asked for again later.
 LogLockstep::Taken LogLockstep::Unknown(int64_t tick, int64_t now_us, Actions* out) {
-  silence_.Heard(now_us);
   if (tick > highest_tick_) {
+    silence_.Heard(now_us);
     highest_tick_ = tick;
     AcknowledgeAndAsk(now_us, out);
   }
@@ -165,8 +162,9 @@ LogLockstep::Taken LogLockstep::Unknown(int64_t tick, int64_t now_us, Actions* o
 }
 
 LogLockstep::Taken LogLockstep::Note(bool fresh, int64_t tick, int64_t now_us, Actions* out) {
-  silence_.Heard(now_us);
+  // What came before is no sign of life: anybody may say that again.
   if (!fresh) return Taken::kKnown;
+  silence_.Heard(now_us);
   standstill_.Heard(now_us);
   // A later tick, or one that became whole, may make an acknowledgement or a request due.
   const bool later = tick > highest_tick_;
@@ -310,11 +308,19 @@ void LogLockstep::OnVerdict(int64_t now_us, Actions* out) {
   if (phase_ != Phase::kEnded) return;
   silence_.Heard(now_us);
   verdict_heard_ = true;
-  // Every repetition is answered: the acknowledgement may have been lost.
+  // The sim tells it until it has heard the acknowledgement, which may have been lost.
   out->push_back({LogAction::Kind::kVerdictAck, complete_tick_});
 }
 
-void LogLockstep::OnBye(Actions* out) {
+void LogLockstep::OnProgress(int64_t tick, int64_t now_us, Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone || !InWindow(tick)) return;
+  silence_.Heard(now_us);
+  // The sim waits for processes to join, or for END to be acknowledged: what was said may be lost.
+  if (tick == 0 && complete_tick_ <= 0) out->push_back({LogAction::Kind::kHello});
+  if (phase_ == Phase::kEnded) out->push_back({LogAction::Kind::kEndAck, complete_tick_});
+}
+
+void LogLockstep::OnLeaveAll(Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
   phase_ = Phase::kDone;
   out->push_back({LogAction::Kind::kFinish});
@@ -324,7 +330,7 @@ void LogLockstep::OnTime(int64_t now_us, Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
   const int64_t silence = silence_.Poll(now_us);
   if (verdict_heard_ && silence >= config_.timing.linger_us) {
-    return OnBye(out);
+    return OnLeaveAll(out);
   }
   if (silence >= config_.timing.lost_us) {
     phase_ = Phase::kDone;

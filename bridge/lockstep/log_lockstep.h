@@ -92,8 +92,10 @@ class LogLockstep {
   void OnPoll(int64_t tick, int64_t now_us, Actions* out);
   /// The sim has told how the run ended.
   void OnVerdict(int64_t now_us, Actions* out);
+  /// The sim, which is at `tick`, says that it lives: what it waits for is said again.
+  void OnProgress(int64_t tick, int64_t now_us, Actions* out);
   /// The sim says that the run is over for everybody.
-  void OnBye(Actions* out);
+  void OnLeaveAll(Actions* out);
   /// Does what is due: requests, HELLO, giving up without the sim.
   void OnTime(int64_t now_us, Actions* out);
   /// Acknowledges END if it was seen, whether or not something is missing. OnTime calls it after
@@ -110,8 +112,6 @@ class LogLockstep {
   }
   /// Messages that SENSORS or WORLD have a tick, whichever has more; 1 before CLOCK has told.
   [[nodiscard]] int most_parts() const { return std::max({1, sensors_parts_, world_parts_}); }
-  /// Messages that SENSORS has a tick; 0 before CLOCK has told.
-  [[nodiscard]] int sensors_parts() const { return sensors_parts_; }
   /// Names by number.
   [[nodiscard]] const std::vector<std::string>& module_names() const { return names_; }
 

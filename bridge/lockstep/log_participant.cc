@@ -174,6 +174,9 @@ void LogParticipant::CompareTotals(const ChannelName& name, const uint8_t* data,
 void LogParticipant::TakeOther(const ChannelName& name, LoggedMessage* message) {
   message->bad = !CheckOther(name.topic, message->data, message->size);
   if (message->bad) return;
+  // What was said once is recorded once, and acted on once.
+  message->duplicate = IsRepeat(name, message->data, message->size);
+  if (message->duplicate) return;
   if (name.topic == Topic::kHealth) {
     CompareTotals(name, message->data, message->size);
   } else if (name.topic == Topic::kResend && name.process == kLogProcess) {
@@ -182,6 +185,8 @@ void LogParticipant::TakeOther(const ChannelName& name, LoggedMessage* message) 
     TakeVerdict(message->data, message->size);
   } else if (name.topic == Topic::kLeave) {
     TakeLeave(message->data, message->size);
+  } else if (name.topic == Topic::kProgress && name.process == kSimProcess) {
+    TakeProgress(message->data, message->size);
   }
 }
 
@@ -286,7 +291,13 @@ void LogParticipant::TakeVerdict(const uint8_t* data, size_t size) {
 void LogParticipant::TakeLeave(const uint8_t* data, size_t size) {
   morphbus::leave_t leave;
   const bool sound = Decode(data, size, {options_.model_hash, 0}, &leave).has_value();
-  if (sound && leave.process.empty()) machine_.OnBye(&actions_);
+  if (sound && leave.process.empty()) machine_.OnLeaveAll(&actions_);
+}
+
+void LogParticipant::TakeProgress(const uint8_t* data, size_t size) {
+  morphbus::progress_t progress;
+  if (!Decode(data, size, {options_.model_hash, 0}, &progress)) return;
+  machine_.OnProgress(progress.header.tick, now_us(), &actions_);
 }
 
 void LogParticipant::AnswerInfo() {

@@ -33,7 +33,7 @@ struct LoggedMessage {
   /// The payload, with neither LCM's header nor the channel's name.
   const uint8_t* data = nullptr;
   size_t size = 0;
-  bool duplicate = false;  ///< Of a numbered channel, and had before: a log holds each once.
+  bool duplicate = false;  ///< Had before: a log holds each once.
   bool bad = false;        ///< Not decodable: wrong CRC, version, type or model.
   /// Sound, but nothing that this run can have published: it has no place in the log.
   bool refused = false;
@@ -75,8 +75,6 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   [[nodiscard]] const std::string& error() const { return error_; }
   /// Why the run ended, as CLOCK tells; empty before.
   [[nodiscard]] const std::string& end_reason() const { return end_reason_; }
-  /// END was heard.
-  [[nodiscard]] bool end_heard() const { return machine_.end_seen(); }
   /// Whether the run has a process of this name, as far as SENSORS has told.
   [[nodiscard]] bool HasProcess(std::string_view process) const;
   /// Ticks of which nothing is missing; in real time all ticks of the run, once it is over.
@@ -125,6 +123,8 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   void TakeResend(const uint8_t* data, size_t size);
   void TakeVerdict(const uint8_t* data, size_t size);
   void TakeLeave(const uint8_t* data, size_t size);
+  /// The sim tells at which tick it is.
+  void TakeProgress(const uint8_t* data, size_t size);
   /// Tells the sim how far the logger is.
   void SayProgress();
   /// Publishes the description if somebody wants it, but only now and then.

@@ -43,7 +43,7 @@ void ModuleLockstep::OnAdmit(int64_t tick, int64_t now_us) {
 
 void ModuleLockstep::OnLeave(int64_t now_us, Actions* out) {
   if (phase_ != Phase::kRun && phase_ != Phase::kLeft) return;
-  // Every request is acknowledged: the last acknowledgement may have been lost.
+  // The sim asks until it has heard the acknowledgement, which may have been lost.
   phase_ = Phase::kLeft;
   ask_.Disarm();
   silence_.Heard(now_us);
@@ -59,18 +59,35 @@ void ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* o
   if (phase_ != Phase::kRun && (phase_ != Phase::kLeft || !end)) return;
   // What is over for long, or of a tick that we shall not compute, is no sign of life.
   if (!InWindow(tick)) return;
-  silence_.Heard(now_us);
   hello_.SimHeard();
+  // Nor is what came before: anybody may say that again.
+  if (end ? end_tick_ >= 0 : tick <= clock_tick_) return;
+  silence_.Heard(now_us);
+  clock_tick_ = tick;
   if (end) {
     end_tick_ = tick;
-    // Every END is acknowledged: the last acknowledgement may have been lost.
-    out->push_back({ModuleAction::Kind::kEndAck, tick_, 0});
-    return;
+    return out->push_back({ModuleAction::Kind::kEndAck, tick_, 0});
   }
-  // The sim asks who is there, until it has heard everybody; we have long said so afterwards.
+  // The sim has begun to listen, perhaps after we spoke; later we have long said so.
   if (phase == morphbus::sim_clock_t::PHASE_START && tick_ <= 1) {
     out->push_back({ModuleAction::Kind::kHello, 0, 0});
   }
+}
+
+void ModuleLockstep::OnAsked(int64_t tick, int64_t now_us) {
+  if (InWindow(tick) && end_tick_ < 0) silence_.Heard(now_us);
+}
+
+void ModuleLockstep::OnProgress(int64_t tick, int64_t now_us, Actions* out) {
+  if ((phase_ != Phase::kRun && phase_ != Phase::kLeft) || !InWindow(tick)) return;
+  // A module that has left waits for nobody.
+  if (phase_ == Phase::kRun) {
+    silence_.Heard(now_us);
+    ahead_tick_ = -1;
+  }
+  // The sim waits for processes to join, or for END to be acknowledged: what was said may be lost.
+  if (tick == 0 && tick_ <= 1) out->push_back({ModuleAction::Kind::kHello, 0, 0});
+  if (end_tick_ >= 0) out->push_back({ModuleAction::Kind::kEndAck, tick_, 0});
 }
 
 ModuleLockstep::Taken ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
@@ -84,8 +101,6 @@ ModuleLockstep::Taken ModuleLockstep::OnSensors(int64_t tick, int part, int num_
     return Taken::kImpossible;
   }
   if (phase_ != Phase::kRun) return Taken::kKnown;
-  silence_.Heard(now_us);
-  ahead_tick_ = -1;
   // In real time what came for an older tick no longer matters.
   if (config_.realtime && tick > tick_) {
     tick_ = tick;
@@ -101,6 +116,8 @@ ModuleLockstep::Taken ModuleLockstep::OnSensors(int64_t tick, int part, int num_
   // A part that came before is a repetition.
   if (parts_[part]) return Taken::kKnown;
   parts_[part] = true;
+  silence_.Heard(now_us);
+  ahead_tick_ = -1;
   // Our own reading says which neighbours the tick waits for.
   const bool counts = mine && !have_reading_;
   if (counts) {
@@ -180,9 +197,11 @@ void ModuleLockstep::TryCompute(int64_t now_us, Actions* out) {
   ask_.Disarm();
 }
 
-void ModuleLockstep::OnBye(Actions* out) {
-  // Who has not heard END is not one that the run ended for: another process may play the module.
-  if ((phase_ != Phase::kRun && phase_ != Phase::kLeft) || end_tick_ < 0) return;
+void ModuleLockstep::OnLeaveAll(Actions* out) {
+  // The sim waits until every module has acknowledged END or LEAVE. A process that has heard
+  // neither is one too many: another plays the module.
+  const bool told = phase_ == Phase::kLeft || (phase_ == Phase::kRun && end_tick_ >= 0);
+  if (!told) return;
   phase_ = Phase::kDone;
   out->push_back({ModuleAction::Kind::kFinish, tick_, 0});
 }

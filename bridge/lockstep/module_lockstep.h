@@ -77,10 +77,13 @@ class ModuleLockstep {
   Taken OnTransform(uint16_t mate, int64_t sequence, int64_t tick, int64_t now_us, Actions* out);
   /// What a module has said is not kept any more: it does not count as there.
   void Forget(uint16_t mate);
-  /// A process asked for a message: the run is not over yet for all.
-  void OnAsked(int64_t now_us) { silence_.Heard(now_us); }
+  /// A process, which is at `tick`, asked for a message: before END that shows that the run goes
+  /// on.
+  void OnAsked(int64_t tick, int64_t now_us);
+  /// The sim, which is at `tick`, says that it lives: what it waits for is said again.
+  void OnProgress(int64_t tick, int64_t now_us, Actions* out);
   /// The sim says that the run is over for everybody.
-  void OnBye(Actions* out);
+  void OnLeaveAll(Actions* out);
   /// Does what is due: requests, HELLO, giving up without the sim.
   void OnTime(int64_t now_us, Actions* out);
 
@@ -101,8 +104,6 @@ class ModuleLockstep {
   [[nodiscard]] bool Has(uint16_t mate, int64_t tick) const;
   /// The newest tick of which it has; -1: none.
   [[nodiscard]] int64_t NewestOf(uint16_t mate) const;
-  /// END was heard.
-  [[nodiscard]] bool end_heard() const { return end_tick_ >= 0; }
 
   /// Adds everything but times, as bytes: equal states are equal strings (for exploring).
   void AddFingerprint(std::string* print) const;
@@ -143,6 +144,7 @@ class ModuleLockstep {
   int64_t ahead_tick_ = -1;
   /// The tick of END; -1 before.
   int64_t end_tick_ = -1;
+  int64_t clock_tick_ = -1;      ///< The latest tick that CLOCK came of.
   std::vector<uint16_t> mates_;  ///< Mated in SENSORS(tick_).
   /// All modules that TRANSFORM came from in the last 16 ticks, by id.
   std::vector<Mate> heard_;

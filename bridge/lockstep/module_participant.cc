@@ -4,6 +4,7 @@
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/admit_t.hpp>
 #include <morphbus/leave_t.hpp>
+#include <morphbus/progress_t.hpp>
 #include <morphbus/resend_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <utility>
@@ -45,6 +46,7 @@ ModuleParticipant::ModuleParticipant(Bus* bus, ModuleController* controller, con
                options_.num_sensor_values}),
       scratch_(Scratch::OfThread()) {
   ledger_.restarts = options_.restarts;
+  outbox_.BeginAt(options_.incarnation, options_.restarts);
 }
 
 SnapshotHead ModuleParticipant::Head() const {
@@ -86,6 +88,7 @@ void ModuleParticipant::Start() {
     ListenFor(kClockInterest, ChannelOf(kSimProcess, Topic::kClock), &ModuleParticipant::OnClock);
     Listen(ChannelOf(kSimProcess, Topic::kSensors), &ModuleParticipant::OnSensors);
     Listen(ChannelOf(kSimProcess, Topic::kLeave), &ModuleParticipant::OnLeave);
+    Listen(ChannelOf(kSimProcess, Topic::kProgress), &ModuleParticipant::OnProgress);
     Listen(ChannelOf(options_.module, Topic::kResend), &ModuleParticipant::OnResend);
     if (takes_place) Listen(ChannelOf(kSimProcess, Topic::kAdmit), &ModuleParticipant::OnAdmit);
     // Which modules are our neighbours SENSORS will tell.
@@ -215,7 +218,7 @@ void ModuleParticipant::OnResend(const uint8_t* data, size_t size) {
   morphbus::resend_t ask;
   if (!Accept(data, size, &ask)) return;
   // A process that asks for a message still runs, so the silence that ends our waiting begins anew.
-  machine_.OnAsked(now_us());
+  machine_.OnAsked(ask.header.tick, now_us());
   outbox_.Answer(ask.channel, ask.first_sequence, ask.last_sequence, now_us());
 }
 
@@ -223,13 +226,18 @@ void ModuleParticipant::OnLeave(const uint8_t* data, size_t size) {
   morphbus::leave_t leave;
   if (!Accept(data, size, &leave)) return;
   if (leave.process.empty()) {
-    machine_.OnBye(&actions_);
+    machine_.OnLeaveAll(&actions_);
   } else if (leave.process == options_.module && !machine_.joining()) {
     machine_.OnLeave(now_us(), &actions_);
     // Saved before it is acknowledged: started again, the process must not take part once more.
     if (!std::exchange(left_, true)) Save(machine_.tick());
   }
   CarryOutActions();
+}
+
+void ModuleParticipant::OnProgress(const uint8_t* data, size_t size) {
+  morphbus::progress_t progress;
+  if (Accept(data, size, &progress)) Tell(&ModuleLockstep::OnProgress, progress.header.tick);
 }
 
 void ModuleParticipant::OnAdmit(const uint8_t* data, size_t size) {

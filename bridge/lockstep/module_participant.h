@@ -101,6 +101,8 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void OnResend(const uint8_t* data, size_t size);
   /// The sim tells that the run is over, or that it goes on without a module.
   void OnLeave(const uint8_t* data, size_t size);
+  /// The sim tells at which tick it is.
+  void OnProgress(const uint8_t* data, size_t size);
   /// The sim tells where the run is, to a module that takes another's place.
   void OnAdmit(const uint8_t* data, size_t size);
   /// Takes a part of SENSORS that another module of the process has looked through, and in which

@@ -1,16 +1,21 @@
 #include "bridge/lockstep/outbox.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "bridge/lockstep/snapshot_bytes.h"
 
 namespace morphbus::bridge {
 namespace {
 
-// More than this no sound snapshot holds: a module has three hashed channels, HEALTH, HELLO and
-// TOTALS.
-constexpr uint32_t kMostStreams = 8;
+// More than this no sound snapshot holds: a module has three hashed channels.
+constexpr uint32_t kMostStreams = 3;
 constexpr uint32_t kMostKept = 4096;
+
+/// Numbers of a process' share on a channel outside the hash, and shares of an incarnation: more
+/// than any of them needs.
+constexpr int64_t kNumbersAShare = int64_t{1} << 32;
+constexpr int64_t kShares = int64_t{1} << 16;
 
 }  // namespace
 
@@ -24,6 +29,7 @@ Outbox::Streams::value_type& Outbox::StreamOf(const std::string& channel) {
   const std::optional<ChannelName> name = ParseChannel(channel);
   MORPHBUS_CHECK(name.has_value());
   found->second.hashed = IsHashed(name->topic);
+  if (!found->second.hashed) found->second.next_sequence = first_unhashed_;
   return *found;
 }
 
@@ -33,6 +39,13 @@ Outbox::Streams::value_type& Outbox::StreamOf(Sending* channel) {
     channel->loads_ = loads_;
   }
   return *channel->stream_;
+}
+
+void Outbox::BeginAt(uint32_t incarnation, int64_t restarts) {
+  // The last incarnations that there can be share one range, so that no number overflows.
+  constexpr int64_t kMostIncarnations = int64_t{1} << 14;
+  const int64_t earlier = std::clamp<int64_t>(int64_t{incarnation} - 1, 0, kMostIncarnations);
+  first_unhashed_ = (earlier * kShares + std::min(restarts, kShares - 1)) * kNumbersAShare;
 }
 
 void Outbox::FillHeader(const Stream& stream, int64_t tick, int64_t sim_time_us,
@@ -152,11 +165,8 @@ std::vector<ChannelTotal> Outbox::totals() const {
 }
 
 void Outbox::Save(std::vector<uint8_t>* out) const {
-  // Numbers on RESEND, which has many publishers, mean nothing, and in time a module asks many
-  // others.
-  const auto is_saved = [](const Streams::value_type& entry) {
-    return ParseChannel(entry.first)->topic != Topic::kResend;
-  };
+  PutBytes(out, first_unhashed_);
+  const auto is_saved = [](const Streams::value_type& entry) { return entry.second.hashed; };
   PutBytes(out, static_cast<uint32_t>(std::count_if(streams_.begin(), streams_.end(), is_saved)));
   // Each channel: name, next number, state of its hash, and the messages kept.
   for (const Streams::value_type& entry : streams_) {
@@ -182,6 +192,12 @@ Result<size_t> Outbox::Load(const uint8_t* data, size_t size) {
   // Every length is checked before it is believed: the file may be cut or damaged.
   streams_.clear();
   ++loads_;
+  // What was said outside the hash after the snapshot is known to nobody but those who heard it.
+  const auto saved_first = in.Get<int64_t>();
+  if (saved_first < 0 || saved_first > std::numeric_limits<int64_t>::max() - 2 * kNumbersAShare) {
+    return Fail("the snapshot counts what no process says");
+  }
+  first_unhashed_ = std::max(first_unhashed_, saved_first + kNumbersAShare);
   const auto num_streams = in.Get<uint32_t>();
   for (uint32_t i = 0; i < num_streams && num_streams <= kMostStreams && in.ok; ++i) {
     const std::string channel = in.GetText();

@@ -61,6 +61,11 @@ class Outbox {
   }
   class Sending;
 
+  /// Numbers on channels outside the hash begin with this process' share of them, since those that
+  /// an earlier process of this name used up count as had. Call before the first Send.
+  /// @param incarnation, restarts  of the process: the later, the higher its share; from 1 and 0.
+  void BeginAt(uint32_t incarnation, int64_t restarts);
+
   /// A module's program was replaced: from now on headers speak of this one.
   void SetProgramHash(uint64_t hash) { sender_.program_hash = hash; }
 
@@ -89,10 +94,11 @@ class Outbox {
   /// Count and hash of the hashed channels, in order of name.
   [[nodiscard]] std::vector<ChannelTotal> totals() const;
 
-  /// All channels (numbers, hashes, kept messages) as bytes, and back: a resumed process goes on
-  /// with them.
+  /// The hashed channels (numbers, hashes, kept messages) as bytes, and back: a resumed process
+  /// goes on with them.
   void Save(std::vector<uint8_t>* out) const;
-  /// Replaces everything by what Save wrote, and returns the number of bytes used. Fails if the
+  /// Replaces everything by what Save wrote, and returns the number of bytes used; on other
+  /// channels this process' share of numbers is behind that of the one that saved. Fails if the
   /// bytes are cut short or name what no outbox has; then the outbox must not be used any more.
   Result<size_t> Load(const uint8_t* data, size_t size);
 
@@ -139,7 +145,8 @@ class Outbox {
   Ledger* ledger_;
   // By full name of the channel.
   Streams streams_;
-  int loads_ = 0;  ///< How often they were replaced by Load.
+  int64_t first_unhashed_ = 0;  ///< Where the numbers of channels outside the hash begin.
+  int loads_ = 0;               ///< How often they were replaced by Load.
   // The message that is being sent, encoded; used again and again.
   std::vector<uint8_t> scratch_;
   /// Between Hold and Release.

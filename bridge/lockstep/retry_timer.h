@@ -63,14 +63,31 @@ class ResponseTime {
   int64_t deviation_us_ = 0;
 };
 
+/// How often answers come twice that nobody asked for, because the bus doubles messages or somebody
+/// says them again: so many of the others mean nothing, either.
+class Doubling {
+ public:
+  void CameOnce() { share_ -= share_ / kMemory; }
+  void CameTwice() { share_ += 1 / kMemory; }
+  /// Of so many answers that came twice, asked for among `asked`, those that did so for another
+  /// reason.
+  [[nodiscard]] int Beyond(int twice, int asked) const {
+    return std::max(0, twice - static_cast<int>(std::lround(share_ * asked)));
+  }
+
+ private:
+  /// Answers over which the share is taken.
+  static constexpr double kMemory = 64;
+  double share_ = 0;
+};
+
 /// How many times as long as answers usually take is waited for them. An answer that comes twice
 /// was asked for too soon: if most do, the next ones get twice the time; else each one that comes
 /// once, so that it or the question had been lost, takes half of it back. So where messages are
 /// lost nobody waits long, and where none is lost nobody asks.
 class Caution {
  public:
-  /// So many answers to a tick were asked for, and so many of them came twice. (Some may, because
-  /// the bus doubles messages.)
+  /// So many answers to a tick were asked for, and so many of them came twice for that.
   void Learn(int asked, int twice) {
     if (2 * twice > asked) {
       factor_ = std::min(kMost, 2 * factor_);

@@ -64,13 +64,13 @@ void RunEnding::Conclude(const Facts& facts, std::vector<ChannelTotal> own) {
   if (recorded) outcome_.recorded_hash = RunHash(told_.back().totals());
   // Without the totals of every module there is no hash of the whole run. What a module published
   // that died and left nothing behind, only the logger has.
-  outcome_.run_hash = !facts.all_acknowledged  ? ""
-                      : !facts.all_vouched_for ? outcome_.recorded_hash
-                                               : RunHash(outcome_.totals);
+  outcome_.run_hash = !facts.all_acknowledged    ? ""
+                      : !facts.unvouched.empty() ? outcome_.recorded_hash
+                                                 : RunHash(outcome_.totals);
   outcome_.error = Wrong(facts);
   // A run that was stopped before it began moved nothing. In real time the log lacks what was lost.
   if (outcome_.error.empty() && recorded && facts.ticks > 0 && !realtime_) {
-    outcome_.error = WhereTheLogDiffers(outcome_.totals, told_.back().totals());
+    outcome_.error = WhereTheLogDiffers(outcome_.totals, told_.back().totals(), facts.unvouched);
   }
   outcome_.ok = outcome_.error.empty();
 }

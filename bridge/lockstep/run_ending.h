@@ -2,7 +2,9 @@
 // How a run ends: why, whether all went well, and what all channels carried.
 
 #include <cstdint>
+#include <functional>
 #include <morphbus/totals_t.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -34,12 +36,12 @@ class RunEnding {
  public:
   /// What is known of the run besides, at any moment.
   struct Facts {
-    int64_t ticks = 0;                ///< Computed to their end.
-    int64_t missed_deadlines = 0;     ///< As in SimOutcome.
-    std::vector<std::string> silent;  ///< Members that kept silent too long.
-    std::vector<std::string> gone;    ///< Modules that the run went on without.
-    bool all_acknowledged = false;    ///< Every module has acknowledged END.
-    bool all_vouched_for = true;      ///< As in RunMembers.
+    int64_t ticks = 0;                             ///< Computed to their end.
+    int64_t missed_deadlines = 0;                  ///< As in SimOutcome.
+    std::vector<std::string> silent;               ///< Members that kept silent too long.
+    std::vector<std::string> gone;                 ///< Modules that the run went on without.
+    bool all_acknowledged = false;                 ///< Every module has acknowledged END.
+    std::set<std::string, std::less<>> unvouched;  ///< As in RunMembers.
   };
 
   /// @param num_modules  how many members are modules; if there is a `logger`, it is the next one.

@@ -53,7 +53,7 @@ RunMembers::Welcome RunMembers::OnHello(const morphbus::hello_t& hello, const St
       member.claim = hello.claim;
       member.incarnation = incarnation;
       // The dead one can no longer say what it published.
-      if (member.num_actuators > 0) all_vouched_for_ = false;
+      if (member.num_actuators > 0) unvouched_.insert(member.name);
       return Welcome::kReplaces;
     }
   } else {

@@ -3,8 +3,10 @@
 // who is turned away.
 
 #include <cstdint>
+#include <functional>
 #include <morphbus/admit_t.hpp>
 #include <morphbus/hello_t.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -77,9 +79,9 @@ class RunMembers {
   /// How many members there are, and how many of them are modules.
   [[nodiscard]] int size() const { return static_cast<int>(members_.size()); }
   [[nodiscard]] int num_modules() const { return static_cast<int>(expected_.modules.size()); }
-  /// Every module can say what its channels have carried. One that has taken another's place
-  /// cannot: then only the logger knows.
-  [[nodiscard]] bool all_vouched_for() const { return all_vouched_for_; }
+  /// Modules that cannot say what their channels have carried, since they took the place of one
+  /// that died: only the logger knows.
+  [[nodiscard]] const std::set<std::string, std::less<>>& unvouched() const { return unvouched_; }
   /// Processes that were turned away without harm to the run, one sentence each (at most 16 are
   /// kept).
   [[nodiscard]] const std::vector<std::string>& turned_away() const { return turned_away_; }
@@ -106,7 +108,7 @@ class RunMembers {
   bool realtime_;
   std::vector<Member> members_;
   TextTable<int> numbers_;  ///< By name.
-  bool all_vouched_for_ = true;
+  std::set<std::string, std::less<>> unvouched_;
   std::vector<std::string> turned_away_;
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <string_view>
 
 #include "bridge/wire/channels.h"
 #include "bridge/wire/lockstep_layout.h"
@@ -13,6 +15,9 @@ std::vector<morphbus::totals_t> SplitTotals(const std::string& process, int64_t 
   morphbus::totals_t empty;
   empty.process = process;
   empty.last_tick = last_tick;
+  const std::string hash = RunHash(totals);
+  empty.report_hash =
+      static_cast<int64_t>(DigestOf(reinterpret_cast<const uint8_t*>(hash.data()), hash.size()));
   empty.num_totals = 0;
   std::vector<morphbus::totals_t> parts = {empty};
   for (const ChannelTotal& published : totals) {
@@ -34,47 +39,85 @@ std::vector<morphbus::totals_t> SplitTotals(const std::string& process, int64_t 
 }
 
 bool TotalsParts::Take(const morphbus::totals_t& part) {
-  // A report of a later tick begins anew: the logger has got what it lacked.
   if (part.num_parts < 1 || part.last_tick < last_tick_) return false;
-  if (missing_ < 0 || part.last_tick > last_tick_) {
-    missing_ = part.num_parts;
-    parts_.assign(static_cast<size_t>(part.num_parts), false);
-    totals_.clear();
+  // Another report begins: the logger has got what it lacked. The last whole one stays meanwhile.
+  const auto num_parts = static_cast<size_t>(part.num_parts);
+  if (part.last_tick > last_tick_ || part.report_hash != report_hash_ ||
+      parts_.size() != num_parts) {
+    parts_.assign(num_parts, false);
+    gathered_.clear();
     last_tick_ = part.last_tick;
+    report_hash_ = part.report_hash;
   }
   // A part may come any number of times.
   const auto number = static_cast<size_t>(part.part);
   if (number >= parts_.size() || parts_[number]) return false;
   parts_[number] = true;
   for (const morphbus::channel_total_t& total : part.totals) {
-    totals_.push_back(
+    gathered_.push_back(
         {total.channel, total.count, static_cast<uint64_t>(total.chained_hash), total.hashed != 0});
   }
-  return --missing_ == 0;
+  if (std::find(parts_.begin(), parts_.end(), false) != parts_.end()) return false;
+  whole_ = gathered_;
+  complete_ = true;
+  return true;
 }
 
+namespace {
+
+/// A channel as one side tells it and as the other does.
+struct BothSides {
+  int64_t published = 0, recorded = 0;
+  uint64_t published_hash = 0, recorded_hash = 0;
+  [[nodiscard]] bool Agree() const {
+    return published == recorded && (published == 0 || published_hash == recorded_hash);
+  }
+};
+
+/// The process whose channel it is, and the channel's name, without the run's.
+std::string_view ProcessOf(std::string_view channel) {
+  const std::optional<ChannelName> name = ParseChannel(channel);
+  return name ? name->process : std::string_view();
+}
+std::string_view LocalName(std::string_view channel) {
+  return channel.substr(channel.find('/') + 1);
+}
+
+}  // namespace
+
 std::string WhereTheLogDiffers(const std::vector<ChannelTotal>& published,
-                               const std::vector<ChannelTotal>& recorded) {
-  std::map<std::string, const ChannelTotal*> in_log;
-  for (const ChannelTotal& total : recorded) in_log[total.channel] = &total;
-  std::string first;
-  int more = 0;
+                               const std::vector<ChannelTotal>& recorded,
+                               const std::set<std::string, std::less<>>& unvouched) {
+  // By channel, in order of name; one that a side does not mention has no messages there.
+  std::map<std::string_view, BothSides> channels;
+  for (const ChannelTotal& total : recorded) {
+    if (!total.hashed) continue;
+    BothSides& both = channels[total.channel];
+    both.recorded = total.count;
+    both.recorded_hash = total.hash;
+    // Who said the beginning is dead, and nobody else has all of it.
+    if (unvouched.contains(ProcessOf(total.channel))) {
+      both.published = total.count;
+      both.published_hash = total.hash;
+    }
+  }
   for (const ChannelTotal& total : published) {
     if (!total.hashed) continue;
-    const auto found = in_log.find(total.channel);
-    const int64_t count = found == in_log.end() ? 0 : found->second->count;
-    const uint64_t hash = found == in_log.end() ? 0 : found->second->hash;
-    if (count == total.count && (count == 0 || hash == total.hash)) continue;
-    // The first difference is told in words, the others are counted.
-    if (!first.empty()) {
-      ++more;
+    BothSides& both = channels[total.channel];
+    both.published = total.count;
+    both.published_hash = total.hash;
+  }
+  // The first difference is told in words, the others are counted.
+  std::string first;
+  int more = 0;
+  for (const auto& [channel, both] : channels) {
+    if (both.Agree() || !first.empty()) {
+      more += both.Agree() ? 0 : 1;
       continue;
     }
-    const size_t slash = total.channel.find('/');
-    const std::string local = total.channel.substr(slash + 1);
-    first = "LOG recorded other messages on " + local + " than " +
-            local.substr(0, local.find('/')) + " published (" + std::to_string(count) + " of " +
-            std::to_string(total.count) + ")";
+    first = "LOG recorded other messages on " + std::string(LocalName(channel)) + " than " +
+            std::string(ProcessOf(channel)) + " published (" + std::to_string(both.recorded) +
+            " of " + std::to_string(both.published) + ")";
   }
   if (more > 0) first += ", and " + std::to_string(more) + " more such differences";
   return first;

@@ -24,6 +24,12 @@ void SimLockstep::AskToLeave(Actions* out) const {
   }
 }
 
+void SimLockstep::TellToLeave(int64_t now_us, Actions* out) {
+  if (!attendance_.AnyLeaving() || leave_.armed()) return;
+  AskToLeave(out);
+  leave_.Arm(now_us, config_.timing.ask_after_us);
+}
+
 // What the logger has not acknowledged must still be kept by everybody, hence the window.
 bool SimLockstep::WindowOpen() const {
   return !config_.logger || config_.realtime || tick_ + 1 - acknowledged_ <= config_.window;
@@ -69,7 +75,7 @@ void SimLockstep::OnActuator(int module, int64_t tick, int64_t now_us, Actions* 
   const bool first = tick == tick_ && attendance_.Answer(module);
   if (!first) return patience_.AnsweredAgain(module, tick, tick == tick_, now_us);
   silence_.Heard(now_us);
-  patience_.Answered(now_us);
+  patience_.Answered(module, tick, now_us);
   const int answers = attendance_.num_answers(), missing = attendance_.num_missing();
   if (answers == 1 && patience_.LearnAtFirstAnswer(tick_)) {
     ask_.Arm(patience_.published_us(), Patience(config_.num_modules));
@@ -92,6 +98,7 @@ void SimLockstep::OnEndAck(int process, int64_t now_us, Actions* out) {
   // A module that was told to leave says by this that it has.
   if (attendance_.Leave(process)) {
     silence_.Heard(now_us);
+    if (!attendance_.AnyLeaving()) leave_.Disarm();
     if (phase_ == Phase::kEnding) return ConcludeIfAcknowledged(now_us, out);
     return TryAdvance(now_us, out);
   }
@@ -120,10 +127,8 @@ void SimLockstep::TryAdvance(int64_t now_us, Actions* out) {
   // loses nobody.
   if (attendance_.AnyLeaving() && !stop_) {
     holding_ = false;
-    if (asked_to_leave_tick_ == tick_) return;
-    asked_to_leave_tick_ = tick_;
-    AskToLeave(out);
-    return ask_.Arm(now_us, config_.timing.ask_after_us);
+    ask_.Disarm();
+    return TellToLeave(now_us, out);
   }
   if (barrier_ && !stop_) {
     if (!std::exchange(at_barrier_, true)) out->push_back({SimAction::Kind::kAtBarrier, tick_, -1});
@@ -158,8 +163,7 @@ void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
   if (now_us < TickOverUs() && !(stop_ && attendance_.AllAnswered())) return;
   // The wall does not wait: who has not answered by now missed a deadline.
   missed_deadlines_ += attendance_.num_missing();
-  // Whoever was told to leave may not have heard it.
-  AskToLeave(out);
+  TellToLeave(now_us, out);
   // A sim that fell far behind the wall, or was stopped, does not rush to catch up.
   if (now_us >= pace_.StartUs(tick_ + 1 + kHopelesslyLate)) {
     missed_deadlines_ += kHopelesslyLate;
@@ -192,11 +196,13 @@ void SimLockstep::Hold() {
   holding_ = true;
 }
 
-/// CLOCK comes now and then though the tick stays the same, so that nobody gives us up.
+/// Now and then the sim says that it lives though the tick stays the same, so that nobody gives it
+/// up; who missed something of the tick gets it once more.
 void SimLockstep::Heartbeat(int64_t now_us, Actions* out) {
   if (now_us < heartbeat_due_us_ || phase_ >= Phase::kEnding) return;
   PublishClock(now_us, out);
   if (readings_out_ == tick_) out->push_back({SimAction::Kind::kRepeatReadings, tick_, -1});
+  out->push_back({SimAction::Kind::kSayProgress, tick_, -1});
 }
 
 void SimLockstep::EnterEnding(int64_t now_us, Actions* out) {
@@ -208,6 +214,7 @@ void SimLockstep::EnterEnding(int64_t now_us, Actions* out) {
       std::min(Patience(config_.num_modules), config_.timing.linger_us / kEndsAWhile);
   phase_ = Phase::kEnding;
   holding_ = false;
+  leave_.Disarm();
   // A run that ends before it has begun still has one whole tick.
   if (readings_out_ < 0) PublishTick(now_us, out);
   // Everybody is told and must acknowledge; END is repeated by the ask timer until then.
@@ -243,8 +250,8 @@ void SimLockstep::Conclude(int64_t now_us, Actions* out) {
 }
 
 void SimLockstep::Finish(Actions* out) {
-  // Nobody acknowledges that: who misses it leaves after a second of silence.
-  out->push_back({SimAction::Kind::kBye, tick_, -1});
+  // Leaving is not acknowledged: who misses LEAVE leaves after a second of silence.
+  out->push_back({SimAction::Kind::kLeaveAll, tick_, -1});
   out->push_back({SimAction::Kind::kFinish, tick_, -1});
   phase_ = Phase::kDone;
   ask_.Disarm();
@@ -304,26 +311,28 @@ void SimLockstep::OnTime(int64_t now_us, Actions* out) {
   // Silence first: it may end the run.
   CheckSilence(now_us, out);
   if (phase_ == Phase::kDone) return;
-  if (ask_.Fire(now_us, config_.timing)) OnAskTimer(now_us, out);
+  if (ask_.Fire(now_us, config_.timing)) OnAskTimer(out);
+  if (leave_.Fire(now_us, config_.timing)) AskToLeave(out);
   TryAdvance(now_us, out);
   Heartbeat(now_us, out);
 }
 
-void SimLockstep::OnAskTimer(int64_t now_us, Actions* out) {
+void SimLockstep::OnAskTimer(Actions* out) {
   // After the last tick only END and the verdict are repeated.
-  if (phase_ == Phase::kEnding) return out->push_back({SimAction::Kind::kRepeatEnd, tick_, -1});
+  if (phase_ == Phase::kEnding) {
+    out->push_back({SimAction::Kind::kRepeatEnd, tick_, -1});
+    return out->push_back({SimAction::Kind::kSayProgress, tick_, -1});
+  }
   if (phase_ == Phase::kConcluding) {
     return out->push_back({SimAction::Kind::kTellVerdict, tick_, logger_number()});
   }
-  if (!attendance_.AllAnswered()) return AskForAnswers(now_us, out);
-  // All answers are there, so if we wait it is for one that leaves, or for the logger.
-  if (attendance_.AnyLeaving() && !stop_) return AskToLeave(out);
+  if (!attendance_.AllAnswered()) return AskForAnswers(out);
+  // All answers are there, so if we wait it is for the logger.
   if (!WindowOpen()) out->push_back({SimAction::Kind::kPollLogger, tick_, -1});
 }
 
-void SimLockstep::AskForAnswers(int64_t now_us, Actions* out) {
+void SimLockstep::AskForAnswers(Actions* out) {
   patience_.BeginAsking(tick_, attendance_.num_answers(), phase_ == Phase::kRun);
-  heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
   // The request comes first: it reaches a module that has answered, and says nothing to one that
   // lacks SENSORS, which come behind it.
   for (int i = 0; i < config_.num_modules; ++i) {
@@ -395,7 +404,7 @@ void SimLockstep::PassBarrier(int64_t now_us, Actions* out) {
 int64_t SimLockstep::next_deadline_us() const {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return kNever;
   // The earliest of what can become due by itself.
-  int64_t next = std::min(ask_.due_us(), silence_.next_poll_us());
+  int64_t next = std::min({ask_.due_us(), leave_.due_us(), silence_.next_poll_us()});
   if (phase_ < Phase::kEnding) next = std::min(next, heartbeat_due_us_);
   const bool waits_for_pace = holding_ || (config_.realtime && phase_ == Phase::kRun);
   const bool moves = !paused_ || steps_ > 0 || (config_.realtime && stop_);
@@ -408,8 +417,8 @@ int64_t SimLockstep::next_deadline_us() const {
 void SimLockstep::AddFingerprint(std::string* print) const {
   AddPrints(print, phase_, tick_, acknowledged_, steps_);
   attendance_.AddFingerprint(print);
-  AddPrints(print, barrier_, at_barrier_, asked_to_leave_tick_ == tick_, stop_, paused_, holding_,
-            ask_.armed(), silent_);
+  AddPrints(print, barrier_, at_barrier_, leave_.armed(), stop_, paused_, holding_, ask_.armed(),
+            silent_);
 }
 
 }  // namespace morphbus::bridge

@@ -35,6 +35,8 @@ struct SimAction {
     kAskModule,
     /// Ask the logger up to which tick it has everything.
     kPollLogger,
+    /// Say that the sim lives, and which tick it is at: who owes it something says it again.
+    kSayProgress,
     /// Ask module `process` to leave the run.
     kAskToLeave,
     /// All is there for the next tick, which waits for PassBarrier.
@@ -45,8 +47,8 @@ struct SimAction {
     kRepeatEnd,
     /// Tell the logger how the run ended.
     kTellVerdict,
-    /// Tell everyone that the run is over.
-    kBye,
+    /// Tell everyone to leave: the run is over.
+    kLeaveAll,
     /// Nothing more will come: the participant works out the outcome of the run.
     kFinish,
   };
@@ -161,8 +163,10 @@ class SimLockstep {
   [[nodiscard]] int64_t TickOverUs() const;
   /// Publishes the present tick, whose answers are awaited from now on.
   void PublishTick(int64_t now_us, Actions* out);
-  /// Requests to all modules that were told to leave and have not acknowledged it.
+  /// Requests to all modules that were told to leave and have not acknowledged it, once more.
   void AskToLeave(Actions* out) const;
+  /// Tells those to leave, if there are any who have not been told; the timer does it again.
+  void TellToLeave(int64_t now_us, Actions* out);
   /// Publishes the present tick's CLOCK, or repeats it.
   void PublishClock(int64_t now_us, Actions* out);
   /// Goes on to the next tick if nothing is missing and it is time.
@@ -184,13 +188,13 @@ class SimLockstep {
     return patience_.Of(missing, phase_ == Phase::kRun);
   }
   /// Asks for answers to the present tick, and repeats what those modules may have missed.
-  void AskForAnswers(int64_t now_us, Actions* out);
+  void AskForAnswers(Actions* out);
   /// Stops asking, because it is the sim itself that does not go on.
   void Hold();
   /// Repeats CLOCK and SENSORS if nothing was published for LockstepTiming::heartbeat_us.
   void Heartbeat(int64_t now_us, Actions* out);
   /// Asks again for whatever the present phase waits for.
-  void OnAskTimer(int64_t now_us, Actions* out);
+  void OnAskTimer(Actions* out);
   /// Whether the process was named as one that kept silent too long.
   [[nodiscard]] bool IsSilent(int process) const;
   /// END was acknowledged by all but those that were silent before.
@@ -202,7 +206,8 @@ class SimLockstep {
   Phase phase_ = Phase::kIdle;
   int64_t tick_ = 0;
   Attendance attendance_;
-  int64_t asked_to_leave_tick_ = -1;  ///< The last tick in which somebody was asked to.
+  /// Armed while a module was told to leave and has not acknowledged it; also in a pause.
+  RetryTimer leave_;
   // The next tick waits for PassBarrier, and kAtBarrier was given out.
   bool barrier_ = false, at_barrier_ = false;
   // Last tick of which the logger has everything.

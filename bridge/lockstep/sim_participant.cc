@@ -162,7 +162,8 @@ void SimParticipant::OnActuator(int module, const uint8_t* data, size_t size) {
   if (options_.realtime && tick < machine_.tick() && fresh) {
     punctuality_.CameLate(module, tick, now_us());
   }
-  members_.Heard(module, now_us());
+  // What anybody can say again shows no module alive.
+  if (fresh) members_.Heard(module, now_us());
   // In lockstep a module can have answered no tick but this one and those before.
   if (options_.realtime || tick == machine_.tick()) {
     members_.Published(module, number + 1, command_.status_count);
@@ -190,11 +191,11 @@ void SimParticipant::OnTotals(const uint8_t* data, size_t size) {
   int process = -1;
   const auto fits = [&] { return (process = members_.NumberOf(totals.process)) >= 0; };
   if (!Accept(data, size, &totals, fits)) return;
-  // What the logger was told of the run's end holds.
   const bool leaves = IsModule(process) && machine_.attendance().lost(process);
-  if (verdict_told_ || (!machine_.ending() && !leaves)) return;
-  // Every process says it again until all have said it. In real time the logger goes on recording
-  // what comes late: its first whole report counts.
+  if (!machine_.ending() && !leaves) return;
+  // The logger has been told how the run ended, by what was known then: that must not change.
+  if (verdict_told_) return;
+  // Every process says it again until all have said it.
   if (ending_.Take(process, totals)) Tell(&SimLockstep::OnEndAck, process);
 }
 
@@ -249,7 +250,12 @@ void SimParticipant::CarryOut(const SimAction& action) {
       return publisher_.RepeatEnd();
     case SimAction::Kind::kTellVerdict:
       return TellVerdict();
-    case SimAction::Kind::kBye:
+    case SimAction::Kind::kSayProgress:
+      return Say(
+          kSimProcess, Topic::kProgress,
+          morphbus::progress_t{
+              {}, machine_.attendance().AllAnswered() ? action.tick : action.tick - 1, false});
+    case SimAction::Kind::kLeaveAll:
       // Not acknowledged, hence several: who misses all of them leaves after a second of silence.
       for (int i = 0; i < 4; ++i) Say(kSimProcess, Topic::kLeave, morphbus::leave_t());
       return;
@@ -320,7 +326,7 @@ RunEnding::Facts SimParticipant::EndFacts() const {
   for (const int process : machine_.silent()) facts.silent.push_back(members_.name(process));
   facts.gone = GoneModules();
   facts.all_acknowledged = machine_.attendance().AllModulesAcknowledged();
-  facts.all_vouched_for = members_.all_vouched_for();
+  facts.unvouched = members_.unvouched();
   return facts;
 }
 

@@ -11,6 +11,8 @@ bool GapCounter::Take(int64_t sequence) {
     highest_ = sequence;
     return true;
   }
+  // One that was started again begins with numbers far above those of before.
+  if (sequence - highest_ >= kFarAbove) missing_.reset(), highest_ = sequence - 1;
   if (sequence > highest_) {
     // Everything between is missing, perhaps for a while only; what is older is forgotten.
     below_ = 0;

@@ -20,6 +20,8 @@ class GapCounter {
   // Numbers that are remembered, and in a row below them that make a new beginning.
   static constexpr int64_t kWindow = 1024;
   static constexpr int kNewBeginning = 8;
+  // A number so far above the highest is nobody's next one (Outbox::BeginAt).
+  static constexpr int64_t kFarAbove = int64_t{1} << 31;
 
   /// The highest number so far; -1 before the first.
   int64_t highest_ = -1;

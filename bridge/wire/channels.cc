@@ -12,7 +12,7 @@ struct TopicRow {
   Topic topic;
   std::string_view name;
   // Whose name stands before the topic; channels of the run as a whole have none there.
-  enum class Owner : uint8_t { kSim, kLog, kModule, kProcess, kRun } owner;
+  enum class Owner : uint8_t { kSim, kLog, kSimAndLog, kModule, kProcess, kRun } owner;
   bool hashed = false;
   bool many_publishers = false;
 };
@@ -31,7 +31,7 @@ constexpr std::array<TopicRow, 19> kTopics = {{
     {Topic::kAdmit, "ADMIT", Owner::kSim},
     {Topic::kLeave, "LEAVE", Owner::kSim},
     {Topic::kVerdict, "VERDICT", Owner::kSim},
-    {Topic::kProgress, "PROGRESS", Owner::kLog},
+    {Topic::kProgress, "PROGRESS", Owner::kSimAndLog},
     {Topic::kBatch, "BATCH", Owner::kLog},
     {Topic::kHello, "HELLO", Owner::kRun, false, true},
     {Topic::kTotals, "TOTALS", Owner::kRun, false, true},
@@ -78,6 +78,8 @@ bool OwnerFits(Owner owner, std::string_view process) {
       return process == kSimProcess;
     case Owner::kLog:
       return process == kLogProcess;
+    case Owner::kSimAndLog:
+      return process == kSimProcess || process == kLogProcess;
     case Owner::kModule:
       return IsModuleName(process);
     case Owner::kProcess:

@@ -27,6 +27,16 @@ int64_t Microseconds(const timeval& time) {
 
 }  // namespace
 
+std::string FirstRefused(const Ledger& ledger) {
+  std::string text;
+  if (!ledger.unauthentic.channels.empty()) {
+    text = ledger.unauthentic.channels.front().first +
+           ": not authentic: of another run, altered or made up";
+  }
+  if (!text.empty() && !ledger.first_refused.empty()) text += "; ";
+  return CutText(text + ledger.first_refused, kLongestText);
+}
+
 morphbus::health_t MakeHealth(const std::string& process, const Ledger& ledger) {
   morphbus::health_t health;
   health.process = process;
@@ -46,7 +56,7 @@ morphbus::health_t MakeHealth(const std::string& process, const Ledger& ledger) 
                ledger.malformed_commands, ledger.doubled, ledger.delayed, ledger.corrupted,
                ledger.restarts, ledger.conflicts, ledger.outside_window, ledger.fragments,
                ledger.refused_filters);
-  health.first_refused = CutText(ledger.first_refused, kLongestText);
+  health.first_refused = FirstRefused(ledger);
   // What the process has used since it began.
   rusage usage = {};
   getrusage(RUSAGE_SELF, &usage);

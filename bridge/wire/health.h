@@ -9,6 +9,10 @@
 
 namespace morphbus::bridge {
 
+/// The first message that had not the run's key, and the first that was refused for another reason
+/// (Ledger::first_refused), for people; empty if there was none.
+std::string FirstRefused(const Ledger& ledger);
+
 /// The message for this moment: ledger, largest resident set (kilobytes), processor time used and
 /// wall clock (both microseconds); nobody's lateness, no totals. The header is left to the outbox.
 /// @param process  name of the process that it speaks of, which is the calling one.

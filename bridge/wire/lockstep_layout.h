@@ -58,6 +58,7 @@ constexpr void Walk(V& v, As<morphbus::totals_t>) {
   // -1 if there is none.
   v.Int64("last_tick", -1, kMost64);
   WalkPart(v);
+  v.Hash("report_hash");
   List16<morphbus::channel_total_t>(v, "num_totals", "totals", kMostTotals);
 }
 

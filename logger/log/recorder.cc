@@ -314,7 +314,8 @@ Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
   participant_->CountBusLosses();
   morphbus::health_t health =
       bridge::MakeHealth(std::string(bridge::kLogProcess), participant_->ledger());
-  WriteOwn(bridge::Channel(key_.run, bridge::kLogProcess, Topic::kHealth), 0, &health);
+  const std::string own = bridge::Channel(key_.run, bridge::kLogProcess, Topic::kHealth);
+  WriteOwn(own, participant_->outbox().count(own), &health);
   // What END vouches for: count and hash of every channel, and the hash of the run.
   std::vector<bridge::ChannelTotal> totals;
   std::vector<bridge::ChannelTotal> hashed;

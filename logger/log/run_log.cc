@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "bridge/observe/run_message.h"
@@ -274,14 +275,21 @@ class Loader : private bridge::RunMessageHandler {
     }
   }
 
-  /// The last ledger in the file counts.
+  /// The last ledger that a process published counts, wherever it stands in the file.
   void OnHealth(const bridge::RunMessage& message, morphbus::health_t&& health) override {
     // Several messages may share the modules; what is said only grows.
     for (const morphbus::lateness_t& lateness : health.lateness) {
       if (!bridge::CheckModuleName(lateness.module_name)) continue;
-      facts_.lateness[lateness.module_name] = lateness;
+      morphbus::lateness_t& known =
+          facts_.lateness.try_emplace(lateness.module_name, lateness).first->second;
+      if (std::tie(lateness.missed, lateness.late) >= std::tie(known.missed, known.late)) {
+        known = lateness;
+      }
     }
-    facts_.health[std::string(message.name.process)] = std::move(health);
+    const auto [known, is_first] = facts_.health.try_emplace(std::string(message.name.process));
+    if (is_first || message.header.sequence >= known->second.header.sequence) {
+      known->second = std::move(health);
+    }
   }
 
   /// INFO comes in parts; the first description that is whole counts.

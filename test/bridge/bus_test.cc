@@ -32,7 +32,7 @@ TEST(Channels, NamesAndBack) {
   EXPECT_EQ(Channel("walk", "m1", Topic::kTransform), "walk/m1/TRANSFORM");
   EXPECT_EQ(Channel("walk", "m1", Topic::kResend), "walk/m1/RESEND");
   EXPECT_EQ(Channel("walk", "", Topic::kLeave), "walk/SIM/LEAVE");
-  EXPECT_EQ(Channel("walk", "", Topic::kProgress), "walk/LOG/PROGRESS");
+  EXPECT_EQ(Channel("walk", "LOG", Topic::kProgress), "walk/LOG/PROGRESS");
   EXPECT_EQ(Channel("walk", "m1", Topic::kHello), "walk/HELLO");
   const auto name = ParseChannel("walk/m1/STATUS");
   ASSERT_TRUE(name);

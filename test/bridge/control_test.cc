@@ -121,9 +121,10 @@ TEST(ControlCommandTest, AnswersAreReadBackAsTheyWere) {
   EXPECT_FALSE(ParseAnswer("answer 1 perhaps 1"));
 }
 
-/// A command with this counter.
-morphbus::control_t MessageOf(int64_t counter, const std::string& command) {
+/// A command with this counter, as its sender gives it for the first time, the second, …
+morphbus::control_t MessageOf(int64_t counter, const std::string& command, int64_t sequence = 0) {
   morphbus::control_t message;
+  message.header.sequence = sequence;
   message.counter = counter;
   message.command = command;
   return message;
@@ -133,11 +134,29 @@ TEST(CommandFilterTest, ACommandIsTakenOnceAndNoneAfterALaterOne) {
   Ledger ledger;
   CommandFilter filter(&ledger);
   EXPECT_EQ(filter.Take(MessageOf(100, "pause")), Kind::kNew);
-  EXPECT_EQ(filter.Take(MessageOf(100, "pause")), Kind::kAgain);
+  EXPECT_EQ(filter.Take(MessageOf(100, "pause", 1)), Kind::kAgain);
   EXPECT_EQ(filter.Take(MessageOf(95, "pause")), Kind::kOvertaken);
   EXPECT_EQ(filter.Take(MessageOf(102, "answer 1 done 1")), Kind::kAnswer);
   EXPECT_EQ(filter.Take(MessageOf(101, "resume")), Kind::kNew);
   EXPECT_EQ(ledger.old_commands, 2);
+}
+
+TEST(CommandFilterTest, WhatIsSaidAgainUnderItsNumberIsNoRequestForAnAnswer) {
+  Ledger ledger;
+  CommandFilter filter(&ledger);
+  EXPECT_EQ(filter.Take(MessageOf(100, "pause")), Kind::kNew);
+  EXPECT_EQ(filter.Take(MessageOf(100, "pause", 1)), Kind::kAgain);
+  EXPECT_EQ(filter.Take(MessageOf(90, "resume")), Kind::kOvertaken);
+  for (const int64_t number : {0, 1, 0}) {
+    EXPECT_EQ(filter.Take(MessageOf(100, "pause", number)), Kind::kRepeat);
+  }
+  EXPECT_EQ(filter.Take(MessageOf(90, "resume")), Kind::kRepeat);
+  EXPECT_EQ(filter.Take(MessageOf(90, "resume", 1)), Kind::kOvertaken);
+  // What is older than everything that is remembered was answered long ago.
+  for (int i = 101; i <= 3000; ++i) filter.Take(MessageOf(i, "step 1"));
+  for (int i = 1; i <= 1500; ++i) {
+    EXPECT_EQ(filter.Take(MessageOf(i, "step 1", 7)), Kind::kRepeat);
+  }
 }
 
 TEST(CommandFilterTest, NoneOfAThousandOldCommandsIsTakenAgain) {

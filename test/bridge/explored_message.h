@@ -53,11 +53,12 @@ struct Message {
     kEndAck,
     kVerdict,
     kVerdictAck,
-    kBye,
+    kLeaveAll,
     kLeave,
+    kProgress,
   };
   Kind kind = Kind::kHello;
-  int process = 0;  ///< Sender of what a process sends; addressee of kAsk*, kBye, kLeave.
+  int process = 0;  ///< Sender of what a process sends; addressee of kAsk*, kLeaveAll, kLeave.
   /// Tick; kStatus: its number; kAskGap: first number; kVerdict: 1 if the run ended well.
   int64_t number = 0;
   int64_t last = 0;             ///< kClock: phase. kAskGap: last number.

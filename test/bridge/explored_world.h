@@ -258,7 +258,7 @@ class World {
         if (m.process != i) module.OnTransform(mate, m.number, m.number, now_us_, &out);
         break;
       case Kind::kAskActuator:
-        if (m.process == i) module.OnAsked(now_us_);
+        if (m.process == i) module.OnAsked(m.number, now_us_);
         if (m.process == i && m.number < computed[Index(i)]) Send({Kind::kActuator, i, m.number});
         break;
       case Kind::kAskTransform:
@@ -267,8 +267,11 @@ class World {
       case Kind::kAskGap:
         if (m.process == i) Resend(m);
         break;
-      case Kind::kBye:
-        module.OnBye(&out);
+      case Kind::kProgress:
+        module.OnProgress(m.number, now_us_, &out);
+        break;
+      case Kind::kLeaveAll:
+        module.OnLeaveAll(&out);
         break;
       case Kind::kLeave:
         if (m.process != i) break;
@@ -310,8 +313,11 @@ class World {
         log.OnVerdict(now_us_, &out);
         if (log.verdict_heard()) log_clean_ = m.number == 1 && log.complete();
         break;
-      case Kind::kBye:
-        log.OnBye(&out);
+      case Kind::kProgress:
+        log.OnProgress(m.number, now_us_, &out);
+        break;
+      case Kind::kLeaveAll:
+        log.OnLeaveAll(&out);
         break;
       default:
         break;
@@ -395,8 +401,11 @@ class World {
         case SimAction::Kind::kTellVerdict:
           Send({Kind::kVerdict, LogNumber(), sim.silent().empty() ? 1 : 0});
           break;
-        case SimAction::Kind::kBye:
-          Send({Kind::kBye, 0, 0});
+        case SimAction::Kind::kSayProgress:
+          Send({Kind::kProgress, -1, action.tick});
+          break;
+        case SimAction::Kind::kLeaveAll:
+          Send({Kind::kLeaveAll, 0, 0});
           break;
         case SimAction::Kind::kAdvance:
           if (action.tick != advanced_++) violation_ = "the robot was not advanced once a tick";

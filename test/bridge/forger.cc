@@ -254,7 +254,7 @@ Spoken MadeUp(Topic topic, const Spoken& command, std::mt19937_64* random) {
     case Topic::kProgress:
       return made(morphbus::progress_t{{}, said, (*random)() % 2 == 0});
     case Topic::kTotals:
-      return made(morphbus::totals_t{{}, module, said, 0, 1, 0, {}});
+      return made(morphbus::totals_t{{}, module, said, 0, 1, 0, 0, {}});
     case Topic::kVerdict:
       return made(morphbus::verdict_t());
     case Topic::kLeave:

@@ -46,6 +46,12 @@ TEST(RunTotals, SayNothingWhereAllAgreeAndNameTheFirstChannelThatDiffers) {
     if (total.hashed && total.count > 0) recorded.push_back(total);
   }
   EXPECT_EQ(WhereTheLogDiffers(published, recorded), "");
+  // What nobody published is a difference, too, but where nobody can know any more.
+  recorded.push_back({"r/m9/STATUS", 2, 5, true});
+  EXPECT_EQ(WhereTheLogDiffers(published, recorded),
+            "LOG recorded other messages on m9/STATUS than m9 published (2 of 0)");
+  EXPECT_EQ(WhereTheLogDiffers(published, recorded, {"m9"}), "");
+  recorded.pop_back();
   published[1].hash = 31;
   EXPECT_EQ(WhereTheLogDiffers(published, recorded),
             "LOG recorded other messages on m1/TRANSFORM than m1 published (3 of 3)");
@@ -75,8 +81,21 @@ TEST(RunTotals, OfManyChannelsComeInPartsThatFitTheirDatagrams) {
   }
   EXPECT_EQ(together.totals().size(), 300u);
   EXPECT_EQ(WhereTheLogDiffers(totals, together.totals()), "");
-  // A later tick begins anew, an earlier one says nothing any more.
-  EXPECT_TRUE(together.Take(SplitTotals(kProcess, 8, {}).front()));
+  // A later report begins anew, but what is whole stays until all of that is there.
+  std::vector<ChannelTotal> more = totals;
+  for (const int64_t tick : {7, 9}) {
+    more[0].count += 5;
+    const std::vector<morphbus::totals_t> later = SplitTotals(kProcess, tick, more);
+    for (size_t i = 1; i < later.size(); ++i) {
+      EXPECT_FALSE(together.Take(later[i]));
+      EXPECT_TRUE(together.complete());
+      EXPECT_NE(WhereTheLogDiffers(more, together.totals()), "");
+    }
+    EXPECT_TRUE(together.Take(later[0]));
+    EXPECT_EQ(WhereTheLogDiffers(more, together.totals()), "") << "of one report, and all of it";
+  }
+  // An earlier tick says nothing any more.
+  EXPECT_TRUE(together.Take(SplitTotals(kProcess, 10, {}).front()));
   EXPECT_TRUE(together.totals().empty());
   EXPECT_FALSE(together.Take(parts[0]));
 }

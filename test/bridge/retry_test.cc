@@ -52,7 +52,7 @@ TEST(AnswerPatience, FewAreAwaitedForLessTimeAndInVainForMore) {
   AnswerPatience patience(8, kTiming);
   for (int64_t tick = 0; tick < 20; ++tick) {
     patience.Published(1'000'000 * tick);
-    patience.Answered(1'000'000 * tick + 4000);
+    patience.Answered(0, tick, 1'000'000 * tick + 4000);
     patience.Measure(tick, 8);
     patience.TickOver(tick);
   }
@@ -194,6 +194,30 @@ TEST(SimLockstep, AsksSoonWhereMessagesAreLostAndLateWhereItAskedInVain) {
   EXPECT_GT(PauseOf(&sim, now_us), 5 * hasty_us);
 }
 
+TEST(SimLockstep, AsksSoonWhereMessagesAreLostThoughAllAnswersComeTwice) {
+  constexpr int kModules = 8;
+  // Because the bus doubles them, say, or somebody says all of them again.
+  const auto pause_after = [&](bool twice) {
+    int64_t now_us = 1000;
+    SimLockstep sim = InTickOne(kModules, now_us);
+    CountRequests(&sim, kModules, 30, 1000, &now_us);
+    SimLockstep::Actions out;
+    const auto answer = [&](int m, int64_t tick) {
+      for (int copies = twice ? 3 : 1; copies > 0; --copies) sim.OnActuator(m, tick, now_us, &out);
+    };
+    for (int i = 0; i < 60; ++i) {
+      const int64_t tick = sim.tick();
+      for (int m = 1; m < kModules; ++m, now_us += 125) answer(m, tick);
+      now_us = sim.next_deadline_us();
+      sim.OnTime(now_us, &out);
+      answer(0, tick);
+      EXPECT_EQ(sim.tick(), tick + 1);
+    }
+    return PauseOf(&sim, now_us);
+  };
+  EXPECT_LT(pause_after(true), 2 * pause_after(false));
+}
+
 TEST(SimLockstep, ManyLossesInOneTickTeachAtOnce) {
   constexpr int kModules = 8;
   int64_t now_us = 1000;
@@ -293,14 +317,16 @@ TEST(SimLockstep, SaysNothingBeforeAllHaveJoinedButOnceASecond) {
   EXPECT_TRUE(out.empty());
   // Who came too late for the first CLOCK hears the next one.
   sim.OnTime(kTiming.heartbeat_us, &out);
-  ASSERT_EQ(out.size(), 1U);
-  EXPECT_EQ(out[0].kind, SimAction::Kind::kPublishClock);
-  sim.OnTime(2 * kTiming.heartbeat_us, &out);
   ASSERT_EQ(out.size(), 2U);
-  EXPECT_EQ(out[1].kind, SimAction::Kind::kRepeatClock);
-  sim.OnHello(1, 2 * kTiming.heartbeat_us, &out);
+  EXPECT_EQ(out[0].kind, SimAction::Kind::kPublishClock);
+  EXPECT_EQ(out[1].kind, SimAction::Kind::kSayProgress) << "to ask for HELLO";
+  sim.OnTime(2 * kTiming.heartbeat_us, &out);
   ASSERT_EQ(out.size(), 4U);
-  EXPECT_EQ(out[3].kind, SimAction::Kind::kPublishReadings);
+  EXPECT_EQ(out[2].kind, SimAction::Kind::kRepeatClock);
+  EXPECT_EQ(out[3].kind, SimAction::Kind::kSayProgress);
+  sim.OnHello(1, 2 * kTiming.heartbeat_us, &out);
+  ASSERT_EQ(out.size(), 6U);
+  EXPECT_EQ(out[5].kind, SimAction::Kind::kPublishReadings);
 }
 
 /// A module that has computed tick 0, of whose SENSORS there are `parts` parts.
@@ -372,9 +398,46 @@ TEST(ModuleLockstep, ASilentSimIsNoOtherProcess) {
   ModuleLockstep::Actions out;
   // What was made up before the sim was last heard is not what the silence means.
   module.OnSensors(50, 1, 2, true, {}, 0, &out);
-  module.OnSensors(0, 1, 2, true, {}, 0, &out);
+  module.OnProgress(module.tick(), 0, &out);
   for (int64_t now_us = 0; !module.done(); now_us += 100'000) module.OnTime(now_us, &out);
   EXPECT_EQ(out.back().kind, ModuleAction::Kind::kLostSim);
+}
+
+TEST(ModuleLockstep, OnlyWhatIsNewAndOfItsTimeIsASignOfLife) {
+  constexpr int64_t kStepUs = 400'000;
+  // Until when the module stays to which this is said again and again.
+  const auto end_us = [](bool ended, const auto& say) {
+    ModuleLockstep module = Started(2);
+    ModuleLockstep::Actions out;
+    if (ended) module.OnClock(1, morphbus::sim_clock_t::PHASE_END, 0, &out);
+    int64_t now_us = 0;
+    for (; !module.done() && now_us < 60'000'000; now_us += kStepUs) {
+      say(&module, now_us, &out);
+      module.OnTime(now_us, &out);
+    }
+    return now_us - kStepUs;
+  };
+  using Module = ModuleLockstep;
+  using Out = ModuleLockstep::Actions;
+  const auto clock = [](Module* m, int64_t us, Out* out) {
+    m->OnClock(0, morphbus::sim_clock_t::PHASE_START, us, out);
+  };
+  const auto end = [](Module* m, int64_t us, Out* out) {
+    m->OnClock(1, morphbus::sim_clock_t::PHASE_END, us, out);
+  };
+  const auto asked = [](Module* m, int64_t us, Out*) { m->OnAsked(1, us); };
+  const auto asked_later = [](Module* m, int64_t us, Out*) { m->OnAsked(20, us); };
+  const auto lives = [](Module* m, int64_t us, Out* out) { m->OnProgress(1, us, out); };
+  const auto is_elsewhere = [](Module* m, int64_t us, Out* out) { m->OnProgress(20, us, out); };
+  EXPECT_EQ(end_us(false, clock), kTiming.lost_us);
+  EXPECT_EQ(end_us(false, asked_later), kTiming.lost_us);
+  EXPECT_EQ(end_us(false, is_elsewhere), kTiming.lost_us);
+  EXPECT_GT(end_us(false, asked), 50'000'000);
+  EXPECT_GT(end_us(false, lives), 50'000'000);
+  // After END who asks shows nothing any more, and END is said once.
+  EXPECT_LE(end_us(true, end), kTiming.linger_us + kStepUs);
+  EXPECT_LE(end_us(true, asked), kTiming.linger_us + kStepUs);
+  EXPECT_GT(end_us(true, lives), 50'000'000);
 }
 
 TEST(ModuleLockstep, SensorsBeginTheRunWhereTheFirstClockIsLost) {

@@ -76,7 +76,7 @@ TEST(RunEnding, WhatTheDeadHavePublishedOnlyTheLoggerKnows) {
   ending.Take(1, Told("LOG", 10, 77));
   RunEnding::Facts facts = After(10, {});
   facts.all_acknowledged = true;
-  facts.all_vouched_for = false;
+  facts.unvouched = {"m1"};
   ending.Conclude(facts, {});
   EXPECT_FALSE(ending.outcome().run_hash.empty());
   EXPECT_EQ(ending.outcome().run_hash, ending.outcome().recorded_hash);

@@ -110,9 +110,9 @@ TEST(RunMembers, ALaterIncarnationTakesThePlaceOfAModuleThatIsSilent) {
             claims + "which the run goes on without");
   EXPECT_EQ(refused(next, {.started = true, .ending = true}, 2 * kLater),
             claims + "but the run is over");
-  EXPECT_TRUE(members.all_vouched_for());
+  EXPECT_TRUE(members.unvouched().empty());
   EXPECT_EQ(members.OnHello(next, silent, 2 * kLater, &why), Welcome::kReplaces);
-  EXPECT_FALSE(members.all_vouched_for()) << "its predecessor had published something";
+  EXPECT_FALSE(members.unvouched().empty()) << "its predecessor had published something";
   const morphbus::admit_t admission = members.AdmissionOf(0, 11);
   EXPECT_EQ(admission.module_name, "m1");
   EXPECT_EQ(admission.claim, 6);
@@ -135,7 +135,7 @@ TEST(RunMembers, InRealTimeSilenceAloneTellsThatAModuleIsDead) {
   const RunMembers::Standing answered = {.started = true, .answered = true};
   EXPECT_EQ(members.OnHello(Hello("m1", 6, 3), answered, 50'000, &why), Welcome::kTurnedAway);
   EXPECT_EQ(members.OnHello(Hello("m1", 6, 3), answered, kLater, &why), Welcome::kReplaces);
-  EXPECT_TRUE(members.all_vouched_for()) << "its predecessor had published nothing";
+  EXPECT_TRUE(members.unvouched().empty()) << "its predecessor had published nothing";
 }
 
 }  // namespace

@@ -200,7 +200,7 @@ morphbus::status_t Inspection() {
 
 morphbus::totals_t Totals() {
   const morphbus::channel_total_t total{"walk/m3/STATUS", 12, -3, 1};
-  return {{}, "m3", -1, 1, 3, 2, {total, total}};
+  return {{}, "m3", -1, 1, 3, -5, 2, {total, total}};
 }
 
 morphbus::world_t World() {

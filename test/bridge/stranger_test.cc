@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bridge/wire/channels.h"
+#include "bridge/wire/health.h"
 #include "test/bridge/forger.h"
 
 namespace morphbus::bridge {
@@ -131,7 +132,7 @@ TEST(Stranger, AnOldRunOfTheSameNameBesideThisOneHarmsNothing) {
     ExpectUnharmed(outcome, "old run");
     EXPECT_GT(log.unauthentic.all, 300);
     EXPECT_LE(log.unauthentic.channels.size(), SealedBus::kMostChannels);
-    EXPECT_NE(log.first_refused.find(": not authentic"), std::string::npos) << log.first_refused;
+    EXPECT_NE(FirstRefused(log).find(": not authentic"), std::string::npos) << FirstRefused(log);
   }
 }
 

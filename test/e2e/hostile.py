@@ -63,6 +63,23 @@ class Hostile(Attacked):
         self.assertEqual(self.summary['processes']['LOG']['unauthentic'], 10)
         self.assert_named('LOG', '/HEALTH: not authentic')
 
+    def test_what_the_run_said_is_taken_once_however_often_it_is_said_again(self):
+        def act(forger, _):
+            # HEALTH comes once a second, and while the run is held the sim says that it lives.
+            while not {'live/m2/HEALTH', 'live/SIM/PROGRESS'} <= set(forger.last) and not forger.stop:
+                forger.hear()
+            said = sorted(forger.last.items())
+            for _ in range(100):
+                for channel, data in said:
+                    forger.say(channel, data)
+        self.attacked_while_held(act)
+        events = [(channel, data) for _, _, channel, data in read_events(self.path)]
+        self.assertEqual(len(events), len(set(events)))
+        # What found the logger's socket full was never heard.
+        health = [decode(data) for channel, data in events if channel == 'live/LOG/HEALTH']
+        self.assertGreater(health[-1].duplicates, 100)
+        self.assertEqual(self.counted('unauthentic'), 0)
+
     def test_invented_channels_cost_a_count(self):
         def act(forger, message):
             data = encode(message)

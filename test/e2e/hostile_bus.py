@@ -22,6 +22,7 @@ class Forger:
     def __init__(self, on_message):
         self.on_message, self.stop, self.count = on_message, False, 0
         self.own = set()  # Its own messages come back to it.
+        self.last = {}  # By channel what others said last.
         self.out = sender()
         self.socket = receiver(timeout=0.1)
         self.thread = threading.Thread(target=self.listen)
@@ -29,14 +30,19 @@ class Forger:
 
     def listen(self):
         while not self.stop:
-            try:
-                data = self.socket.recv(65536)
-            except TimeoutError:
-                continue
-            if data[:4] == b'LC02' and data[8:13] == b'live/':
-                channel, payload = data[8:].split(b'\0', 1)
-                if payload not in self.own:
-                    self.on_message(self, channel.decode(), payload)
+            self.hear()
+
+    def hear(self):
+        """One message of others, if there is one."""
+        try:
+            data = self.socket.recv(65536)
+        except TimeoutError:
+            return
+        if data[:4] == b'LC02' and data[8:13] == b'live/':
+            channel, payload = data[8:].split(b'\0', 1)
+            if payload not in self.own:
+                self.last[channel.decode()] = payload
+                self.on_message(self, channel.decode(), payload)
 
     def close(self):
         self.stop = True

@@ -282,6 +282,51 @@ TEST(RecorderTest, DescriptionOfNothingIsRefused) {
 
 // Whoever is on the bus can make messages that pass all checks and are nobody's. Each bit of the
 // headers of HELLO, ASK and HEALTH is turned, with the CRC that fits.
+TEST(Recorder, TheLedgerThatAProcessPublishedLastCountsWhateverIsSaidAgainOrComesLate) {
+  const TempFile file, turned;
+  Options options;
+  std::vector<uint8_t> first;
+  options.join = [&](FakeRun* run) {
+    std::unique_ptr<bridge::Bus> ears = run->hub.Connect();
+    ears->Subscribe("test/m1/HEALTH", [&](std::string_view, const uint8_t* data, size_t size) {
+      if (first.empty()) first.assign(data, data + size);
+    });
+    bridge::Bus* const bus = ears.get();
+    run->sim->OnAfterTick([run, bus, &first](int64_t) {
+      run->modules[0].participant->PublishHealth();
+      if (!first.empty()) bus->Publish("test/m1/HEALTH", first.data(), first.size());
+    });
+    return ears;
+  };
+  const Recorded recorded = Record(file.path(), options);
+  EXPECT_TRUE(recorded.summary.complete) << recorded.summary.reason;
+  const morphbus::health_t& last = recorded.log.facts.health.at("m1");
+  EXPECT_GT(last.sent, 50);
+  // Each stands in the log once; and the last one counts where it stands before the others, too.
+  std::vector<std::vector<uint8_t>> told;
+  auto reader = EventLogReader::Open(file.path());
+  auto writer = EventLogWriter::Create(turned.path());
+  ASSERT_TRUE(reader && writer);
+  LogEvent event;
+  while ((*reader)->Next(&event)) {
+    if (event.channel == "test/m1/HEALTH") {
+      told.emplace_back(event.data.begin(), event.data.end());
+      continue;
+    }
+    while (event.channel == "test/LOG/HEALTH" && !told.empty()) {
+      ASSERT_TRUE((*writer)->Write(event.timestamp_us, "test/m1/HEALTH", told.back()));
+      told.pop_back();
+    }
+    ASSERT_TRUE((*writer)->Write(event.timestamp_us, event.channel,
+                                 {event.data.begin(), event.data.end()}));
+  }
+  EXPECT_EQ(recorded.log.facts.channels.at("test/m1/HEALTH").events, 40);
+  ASSERT_TRUE((*writer)->Close());
+  const Result<RunLog> log = LoadRunLog(turned.path());
+  ASSERT_TRUE(log);
+  EXPECT_EQ(log->facts.health.at("m1").sent, last.sent);
+}
+
 TEST(Recorder, WritesNothingThatReadersTakeForDamage) {
   const TempFile file;
   int forged = 0;

@@ -43,10 +43,11 @@ Result<std::string> DescriptionFromBus(bridge::Bus* bus, std::string run) {
   for (double next_ask = 0; !whole && timer.seconds() < kDescriptionPatience; bus->Handle(20)) {
     if (run.empty() || timer.seconds() < next_ask) continue;
     if (outbox == nullptr) {
-      outbox = std::make_unique<bridge::Outbox>(bus, bridge::Sender{run, "TOOL", 0, 0}, &ledger);
+      outbox =
+          std::make_unique<bridge::Outbox>(bus, bridge::Sender{run, NameOfAsker(), 0, 0}, &ledger);
     }
     morphbus::resend_t ask = {};
-    ask.sender = "TOOL";
+    ask.sender = outbox->sender().process;
     ask.channel = bridge::Channel(run, "", bridge::Topic::kInfo);
     outbox->Send(bridge::Channel(run, bridge::kLogProcess, bridge::Topic::kResend), 0, 0, &ask);
     next_ask = timer.seconds() + kAskEvery;

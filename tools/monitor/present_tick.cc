@@ -1,6 +1,9 @@
 #include "tools/monitor/present_tick.h"
 
+#include <fmt/format.h>
+
 #include <morphbus/resend_t.hpp>
+#include <random>
 #include <utility>
 
 #include "bridge/wire/channels.h"
@@ -15,9 +18,14 @@ constexpr int kMostRequests = 6;
 
 }  // namespace
 
+std::string NameOfAsker() {
+  std::random_device random;
+  return fmt::format("TOOL {:08x}{:08x}", random(), random());
+}
+
 PresentTick::PresentTick(bridge::Bus* bus, std::shared_ptr<const bridge::RunModel> run)
     : run_(std::move(run)),
-      outbox_(bus, bridge::Sender{run_->run, "TOOL", run_->model_hash, 0}, &ledger_) {}
+      outbox_(bus, bridge::Sender{run_->run, NameOfAsker(), run_->model_hash, 0}, &ledger_) {}
 
 void PresentTick::Want(std::string_view process, Topic topic, int64_t first, int64_t last) {
   if (first < 0 || first > last) return;
@@ -29,7 +37,7 @@ void PresentTick::Want(std::string_view process, Topic topic, int64_t first, int
 
 void PresentTick::Ask(const Wanted& wanted) {
   morphbus::resend_t ask = {};
-  ask.sender = "TOOL";
+  ask.sender = outbox_.sender().process;
   ask.channel = bridge::Channel(run_->run, wanted.process, wanted.topic);
   ask.first_sequence = wanted.first;
   ask.last_sequence = wanted.last;

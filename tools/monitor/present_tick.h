@@ -14,6 +14,10 @@
 
 namespace morphbus::tools {
 
+/// A name under which a listener asks (resend_t::sender) that nobody else has: by it a run's
+/// processes tell its requests from those of others, and from their repetitions.
+std::string NameOfAsker();
+
 /// Asks for what a late listener lacks. A run that is paused repeats its CLOCK and nothing else, so
 /// whoever begins to listen then would see no robot until it goes on. The sim and the modules keep
 /// what they sent last, and send it again when asked (resend_t); all others know these
