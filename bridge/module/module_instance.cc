@@ -7,6 +7,7 @@
 
 #include "bridge/wire/channels.h"
 #include "compiler/base/check.h"
+#include "vm/image/kinematics_verifier.h"
 #include "vm/image/verifier.h"
 
 namespace morphbus::bridge {

@@ -8,6 +8,7 @@
 #include "compiler/base/check.h"
 #include "compiler/emit/kinematics.h"
 #include "compiler/emit/shipped_sources.h"
+#include "vm/image/kinematics_verifier.h"
 
 namespace morphbus::emit {
 namespace {

@@ -10,8 +10,11 @@ namespace morphbus::emit {
 namespace {
 
 /// What a program includes that runs a VM.
-constexpr std::string_view kInterface[] = {"vm/vm.h", "vm/image/verifier.h",
-                                           "vm/image/print_line.h", "vm/image/directions.h",
+constexpr std::string_view kInterface[] = {"vm/vm.h",
+                                           "vm/image/verifier.h",
+                                           "vm/image/kinematics_verifier.h",
+                                           "vm/image/print_line.h",
+                                           "vm/image/directions.h",
                                            "vm/spread/packet.h"};
 
 /// The path in a line `#include "vm/..."`; nothing for other lines.

@@ -19,7 +19,7 @@
 #include "bridge/lockstep/sim_participant.h"
 #include "test/bridge/fake_images.h"
 #include "test/bridge/fake_run.h"
-#include "vm/image/kinematics_image.h"
+#include "vm/image/kinematics_verifier.h"
 #include "vm/image/verifier.h"
 
 extern char** environ;

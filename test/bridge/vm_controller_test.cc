@@ -9,6 +9,7 @@
 #include "bridge/wire/wire_limits.h"
 #include "test/bridge/fake_images.h"
 #include "test/vm/image_builder.h"
+#include "vm/image/kinematics_verifier.h"
 #include "vm/image/verifier.h"
 
 namespace morphbus::bridge {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "vm/image/image.h"
-#include "vm/image/kinematics_image.h"
+#include "vm/image/kinematics_verifier.h"
 #include "vm/image/set_locals.h"
 #include "vm/image/verifier.h"
 #include "vm/run/interpreter.h"

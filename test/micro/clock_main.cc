@@ -16,7 +16,7 @@
 #include "test/micro/stack_paint.h"
 #include "test/micro/story.h"
 #include "test/micro/tick_record.h"
-#include "vm/image/kinematics_image.h"
+#include "vm/image/kinematics_verifier.h"
 #include "vm/image/verifier.h"
 #include "vm/port/firmware.h"
 

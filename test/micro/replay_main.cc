@@ -10,7 +10,7 @@
 
 #include "test/micro/stack_paint.h"
 #include "test/micro/tick_record.h"
-#include "vm/image/kinematics_image.h"
+#include "vm/image/kinematics_verifier.h"
 #include "vm/image/verifier.h"
 #include "vm/vm.h"
 

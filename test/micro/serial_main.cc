@@ -11,7 +11,7 @@
 #include <new>
 
 #include "test/micro/tick_record.h"
-#include "vm/image/kinematics_image.h"
+#include "vm/image/kinematics_verifier.h"
 #include "vm/image/verifier.h"
 #include "vm/port/firmware.h"
 

@@ -7,6 +7,7 @@
 #include "compiler/emit/kinematics.h"
 #include "vm/image/image.h"
 #include "vm/image/kinematics_tables.h"
+#include "vm/image/kinematics_verifier.h"
 #include "vm/image/verifier.h"
 #include "vm/limits.h"
 

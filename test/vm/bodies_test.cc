@@ -1,4 +1,5 @@
 #include "vm/space/bodies.h"
+#include "vm/image/kinematics_verifier.h"
 
 #include <gtest/gtest.h>
 

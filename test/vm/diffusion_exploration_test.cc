@@ -26,6 +26,7 @@
 
 #include "test/vm/image_builder.h"
 #include "vm/image/kinematics_encoder.h"
+#include "vm/image/kinematics_verifier.h"
 #include "vm/image/verifier.h"
 #include "vm/run/context.h"
 #include "vm/spread/diffusion.h"

@@ -12,6 +12,7 @@
 #include "test/support/toy_model.h"
 #include "test/support/vm_robot.h"
 #include "vm/image/kinematics_encoder.h"
+#include "vm/image/kinematics_verifier.h"
 #include "vm/image/verifier.h"
 
 namespace morphbus::vm {

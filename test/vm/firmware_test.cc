@@ -2,6 +2,7 @@
 // that hands whole messages from module to module.
 
 #include "vm/port/firmware.h"
+#include "vm/image/kinematics_verifier.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "vm/image/kinematics_image.h"
+#include "vm/image/kinematics_verifier.h"
 
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 
 #include "test/vm/image_builder.h"
 #include "vm/image/kinematics_encoder.h"
-#include "vm/image/kinematics_image.h"
+#include "vm/image/kinematics_verifier.h"
 #include "vm/image/verifier.h"
 #include "vm/limits.h"
 

@@ -9,6 +9,7 @@
 #include "tools/base/files.h"
 #include "tools/base/messages.h"
 #include "vm/image/image.h"
+#include "vm/image/kinematics_verifier.h"
 #include "vm/image/verifier.h"
 
 namespace morphbus::tools {

@@ -64,9 +64,4 @@ const char* ProblemOf(const KinConnection& connection, int num_connectors) {
   return nullptr;
 }
 
-uint64_t KeyOf(const KinConnection& c) {
-  return static_cast<uint64_t>(c.connector) << 40 | static_cast<uint64_t>(c.connection_type) << 32 |
-         static_cast<uint64_t>(c.is_member_b) << 16 | static_cast<uint64_t>(c.number);
-}
-
 }  // namespace morphbus::vm

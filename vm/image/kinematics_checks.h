@@ -18,7 +18,4 @@ const char* ProblemOf(const KinJoint& joint, int num_links);
 /// Of one connection: its connectors, its number, and whether its transform is a pose.
 const char* ProblemOf(const KinConnection& connection, int num_connectors);
 
-/// Connections are sorted by it: connector, type, member, number.
-uint64_t KeyOf(const KinConnection& connection);
-
 }  // namespace morphbus::vm

@@ -7,6 +7,7 @@
 
 #include "vm/image/image.h"
 #include "vm/image/kinematics_layout.h"
+#include "vm/image/kinematics_verifier.h"
 
 namespace morphbus::vm {
 

@@ -89,8 +89,9 @@ struct KinConnection {
   PoseF X_MN;
 };
 
-/// Made only by VerifyKinematics below and by VerifyTables (vm/image/kinematics_tables.h). Points
-/// into the bytes or tables; connections are decoded on demand.
+/// Made only by VerifyKinematics (vm/image/kinematics_verifier.h) and VerifyTables
+/// (vm/image/kinematics_tables.h). Points into the bytes or tables; connections are decoded on
+/// demand.
 class VerifiedKinematics {
  public:
   /// The hash of this image.
@@ -143,9 +144,7 @@ class VerifiedKinematics {
   uint8_t body_link_[kMaxLinks] = {};
 };
 
-/// Checks everything in the image (sizes, indices, names, finite numbers, unit axes and
-/// quaternions, hash) and fills `out`, which then refers to `bytes`. On error `out` is left empty,
-/// and the error names the byte.
-VerifyError VerifyKinematics(const uint8_t* bytes, uint32_t size, VerifiedKinematics* out);
+/// Connections are sorted by it: connector, type, member, number.
+uint64_t KeyOf(const KinConnection& connection);
 
 }  // namespace morphbus::vm

@@ -102,18 +102,6 @@ KinSensor ReadSensor(const morphbus_sensor& from, int row, int num_links, Verify
 
 }  // namespace
 
-KinConnection FromC(const morphbus_connection& row) {
-  KinConnection c;
-  c.connection_type = row.connection_type;
-  c.is_member_b = row.is_member_b != 0;
-  c.number = row.number;
-  c.connector = row.connector;
-  c.mate_connector = row.mate_connector;
-  c.X_MN.p = ToVec3(row.p);
-  c.X_MN.q = {row.q[0], row.q[1], row.q[2], row.q[3]};
-  return c;
-}
-
 VerifyError VerifyTables(const morphbus_kinematics& tables, VerifiedKinematics* out) {
   *out = VerifiedKinematics();
   VerifyError error;
@@ -153,7 +141,7 @@ VerifyError VerifyTables(const morphbus_kinematics& tables, VerifiedKinematics* 
   // As in an image: sorted, without repeats.
   uint64_t previous = 0;
   for (int i = 0; i < k.num_connections_; ++i) {
-    const KinConnection c = FromC(tables.connections[i]);
+    const KinConnection c = k.connection(i);
     Note(ProblemOf(c, k.num_connectors_), i, &error);
     if (i > 0 && KeyOf(c) <= previous) Note("connections are not in order", i, &error);
     previous = KeyOf(c);

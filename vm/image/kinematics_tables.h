@@ -12,7 +12,4 @@ namespace morphbus::vm {
 /// row.
 VerifyError VerifyTables(const morphbus_kinematics& tables, VerifiedKinematics* out);
 
-/// One row of the tables of connections.
-KinConnection FromC(const morphbus_connection& row);
-
 }  // namespace morphbus::vm

@@ -16,8 +16,8 @@
 #include "test/compiler/emit/exported_robots.h"
 #include "test/support/compiled.h"
 #include "test/support/vm_robot.h"
-#include "vm/image/kinematics_image.h"
 #include "vm/image/kinematics_tables.h"
+#include "vm/image/kinematics_verifier.h"
 
 namespace morphbus::emit {
 namespace {

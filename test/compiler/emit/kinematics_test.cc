@@ -4,7 +4,7 @@
 
 #include "compiler/model/forward_kinematics.h"
 #include "test/compiler/solver/known_modules.h"
-#include "vm/image/kinematics_image.h"
+#include "vm/image/kinematics_verifier.h"
 #include "vm/image/pose.h"
 
 namespace morphbus::emit {
