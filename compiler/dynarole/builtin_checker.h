@@ -23,13 +23,15 @@ class BuiltinChecker {
         conversions_(*conversions),
         pass_(*pass) {}
 
-  /// The type of a call whose name, that of `member`, stands in a table; `prefix` is what programs
-  /// write before it. `call` is null where the member stands without parentheses.
+  /// Finds the form that takes as many arguments as the call has, and gives the call its
+  /// instruction. The type of a call whose name, that of `member`, stands in a table; `prefix` is
+  /// what programs write before it. `call` is null where the member stands without parentheses.
   Type Infer(const std::vector<Builtin>& table, const std::string& prefix, Expr* member,
              Expr* call);
 
  private:
-  /// What a joint can do in at least one module type.
+  /// What a joint can do in at least one module type: a revolute or continuous one turns, a
+  /// prismatic one slides, a fixed one does neither.
   struct Motions {
     bool turns = false, slides = false;
   };

@@ -22,6 +22,7 @@ Diagnostic& CheckPass::Error(const Span& span, std::string message) {
   return diagnostics_.Error(span, std::move(message));
 }
 
+// Errors and warnings are counted apart, so that many of one kind leave room for the other.
 Diagnostic& CheckPass::Warning(const Span& span, std::string message) {
   muted_ = {};
   if (!is_final() || ++warnings_ > kEnoughMessages) return muted_;
@@ -36,6 +37,7 @@ Type CheckPass::Wrong(const Span& span, std::string message, std::string hint) {
 void CheckPass::Suggest(Diagnostic* error, const std::string& name,
                         const std::vector<std::string>& candidates, const std::string& prefix,
                         const std::string& otherwise) {
+  // Looking for the nearest name takes long, and in all but the final pass it would be dropped.
   if (error == &muted_) return;
   const std::string near = source::NearestName(name, candidates);
   error->hint = near.empty() ? otherwise : "did you mean '" + prefix + near + "'?";
@@ -50,6 +52,7 @@ bool CheckPass::Settle(Type* slot, Type type) {
   return true;
 }
 
+// What is set to what it was begins no further pass, so that the passes come to an end.
 void CheckPass::Change(Type* slot, Type type) {
   changed_ = changed_ || *slot != type;
   *slot = type;

@@ -23,7 +23,8 @@ class ConstantChecker {
   Type Infer(Expr* expr, int index);
 
  private:
-  /// Computes one; its type is kError if that fails.
+  /// Computes one, unless that was done; its type is kError if that fails, which has been reported
+  /// then.
   void Resolve(int index);
 
   ProgramModel& model_;

@@ -7,8 +7,9 @@
 
 namespace morphbus::dynarole {
 
-/// Has values converted to what is wanted of them. All expressions have been given their types
-/// before.
+/// Has values converted to what is wanted of them: an int where a float is wanted, `$ANY` where a
+/// direction or an axis is, a set where its only member is. All expressions have been given their
+/// types before.
 class Conversions {
  public:
   /// Both must outlive it.

@@ -26,16 +26,20 @@ class ExpressionChecker {
   Type Infer(Expr* expr);
   /// The same, and that the value is to be of a type (Conversions::Want).
   void InferAs(Expr* expr, Type wanted, const std::string& what);
+  /// What statements want of their values.
   [[nodiscard]] Conversions& conversions() { return conversions_; }
+  /// The program's constants, which rest on expressions as these do on them.
   [[nodiscard]] ConstantChecker& constants() { return constants_; }
 
  private:
   Type InferUnconverted(Expr* expr);
   Type InferUnary(Expr* expr);
   // `call` is null where a member stands without parentheses.
+  /// What stands behind a dot, by what stands before it.
   Type InferMember(Expr* member, Expr* call);
+  /// Finds the types of the arguments, then what is called.
   Type InferCall(Expr* call);
-  /// A call of a name without a dot.
+  /// A call of a name without a dot: of the role's own functions, or of the language's.
   Type InferFunction(Expr* call);
   /// Says what an unknown function may have meant: something of self, a command, a slip.
   Type UnknownFunction(const Expr& callee);
@@ -43,6 +47,7 @@ class ExpressionChecker {
   Type InferSizeof(Expr* call);
   /// `print("text", value, ...)`
   Type InferPrint(Expr* call);
+  /// `self.NAME`, with or without arguments.
   Type InferSelf(Expr* member, Expr* call);
   /// Behind the dot of a joint, connector or set: self.JOINT_1.SET_POSITION(90).
   Type InferPart(Expr* member, Expr* call);

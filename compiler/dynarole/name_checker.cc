@@ -47,6 +47,7 @@ Type NameChecker::UnknownName(const Expr& expr) {
   const RoleModel& owner = scope_.role();
   if (owner.broken) return Type::kError;
   Diagnostic& error = pass_.Error(expr.span, "unknown name '" + expr.name + "'");
+  // A direction without its sign, or something of self.
   if (FindDirection(expr.name) != nullptr) {
     error.hint = "did you mean '$" + expr.name + "'?";
     return Type::kError;
@@ -64,6 +65,7 @@ Type NameChecker::UnknownName(const Expr& expr) {
     error.hint = "did you mean '" + std::string(sign) + expr.name + "'?";
     return Type::kError;
   }
+  // Functions and roles are known, but are no values.
   if (FindSlot(owner.methods, expr.name) >= 0) {
     error.message = "function '" + expr.name + "' is not called";
     error.hint = "write " + expr.name + "(...)";
@@ -119,11 +121,13 @@ Type NameChecker::InferDollar(Expr* expr) {
 
 Type NameChecker::UnknownDollar(const Expr& expr) {
   Diagnostic& error = pass_.Error(expr.span, "unknown name '$" + expr.name + "'");
+  // All modules play Module, so that nothing can ask for it.
   if (expr.name == "Module") {
     error.message = "'$Module' is no value";
     error.hint = "every module plays Module; leave it out";
     return Type::kError;
   }
+  // A slip: the nearest of all that may stand behind the sign.
   std::vector<std::string> names;
   for (const NamedDirection& constant : kDirections) names.emplace_back(constant.name);
   for (const RoleModel& other : model_.roles) names.push_back(other.name);

@@ -6,7 +6,8 @@
 
 namespace morphbus::dynarole {
 
-/// Finds what a name means where it stands.
+/// Finds what a name means where it stands. What is read is noted in the model, so that lints can
+/// tell what nothing reads.
 class NameChecker {
  public:
   /// All arguments must outlive it.
@@ -19,7 +20,8 @@ class NameChecker {
         constants_(*constants),
         pass_(*pass) {}
 
-  /// A name alone is a variable, a field, a label or a constant; anything else is unknown.
+  /// A name alone is a variable, a field, a label or a constant; anything else is unknown. Each
+  /// hides those that come after it, so that what stands nearer wins.
   Type InferName(Expr* expr);
   /// `$NAME` is a direction, an axis, a role or a part of the module, in that order.
   Type InferDollar(Expr* expr);
@@ -28,6 +30,7 @@ class NameChecker {
   /// Reports a name that means nothing here, with what it may have meant: a name of another kind,
   /// one of a subrole, a slip. Returns kError.
   Type UnknownName(const Expr& expr);
+  /// The same for a word behind '$'; the hint is the nearest word that may stand there.
   Type UnknownDollar(const Expr& expr);
 
   const keywords::KeywordTable& keywords_;

@@ -13,6 +13,7 @@ Type OperatorChecker::InferUnary(Expr* expr) {
     conversions_.Want(operand, Type::kBool, "the operand of '!'");
     return Type::kBool;
   }
+  // What is not known yet may still turn out to be a number.
   if (type == Type::kError || type == Type::kUnknown || IsNumber(type)) return type;
   return pass_.Wrong(operand->span,
                      "the operand of '-' must be a number, but this is " + NameOf(type));
@@ -21,6 +22,7 @@ Type OperatorChecker::InferUnary(Expr* expr) {
 Type OperatorChecker::InferBinary(Expr* expr) {
   Expr* left = expr->operands[0].get();
   Expr* right = expr->operands[1].get();
+  // Logic wants bools of its sides, whatever they are.
   const std::string sign = "'" + NameOf(expr->op) + "'";
   if (expr->op == Operator::kAnd || expr->op == Operator::kOr) {
     conversions_.Want(left, Type::kBool, "the left side of " + sign);

@@ -14,6 +14,7 @@ class OperatorChecker {
 
   /// `-x` has the type of x; `!x` is a bool.
   Type InferUnary(Expr* expr);
+  /// Arithmetic has the wider of the types of its sides; comparisons and logic are bools.
   Type InferBinary(Expr* expr);
 
  private:

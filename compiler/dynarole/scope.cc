@@ -9,6 +9,7 @@ namespace morphbus::dynarole {
 
 using source::Span;
 
+// Passes before may have known less, so nothing that they found out about the routine is kept.
 void Scope::EnterRoutine(int index) {
   Routine& routine = model_.routines[index];
   routine_ = &routine;
@@ -19,6 +20,7 @@ void Scope::EnterRoutine(int index) {
   routine.effect = vm::Effect::kPure;
 }
 
+// A value is no routine: it has no variables and no effect.
 void Scope::EnterValue(int role) {
   routine_ = nullptr;
   role_ = role;

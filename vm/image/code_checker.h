@@ -14,7 +14,8 @@
 
 namespace morphbus::vm {
 
-/// Checks the code of a program whose tables are sound, function by function.
+/// Checks the code of a program whose tables are sound, function by function, in the order of their
+/// numbers, which is that of their code.
 class CodeChecker {
  public:
   /// All arguments must outlive the checker.

@@ -10,6 +10,7 @@ CodeState CodeState::AtBegin(int num_arguments) {
   return state;
 }
 
+// Both ends of the stack are watched here, so that the interpreter need not.
 const char* CodeState::PopAny(ValueType* type) {
   if (depth == 0) return Reason("stack underflow");
   *type = types[--depth];

@@ -29,6 +29,7 @@ const uint8_t* JoinTable::StateOf(uint32_t i) const {
   return image_ + states_begin_ + ReadU16(image_ + place(i) + 2) * image::kStateBytes;
 }
 
+// The first type that is none lies above the top.
 CodeState JoinTable::StateAt(uint32_t i) const {
   CodeState state;
   state.set_locals = set_locals(i);
@@ -40,6 +41,8 @@ CodeState JoinTable::StateAt(uint32_t i) const {
   return state;
 }
 
+// Loops and forward jumps alike: the statement must hold whichever way is taken, so it may promise
+// no more than each of them brings.
 const char* JoinTable::ProblemOf(uint32_t i, const CodeState& arriving) const {
   if ((set_locals(i) & ~arriving.set_locals) != 0) {
     return Reason("local is not set on every way to a join");

@@ -8,7 +8,8 @@
 
 namespace morphbus::vm {
 
-/// Where the lines begin in an image's notes (bytes), and how many there are.
+/// Where the lines begin in an image's notes (bytes), and how many there are; source lines of code,
+/// which faults name.
 struct NoteLines {
   uint32_t begin = 0;
   uint32_t count = 0;

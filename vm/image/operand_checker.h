@@ -37,11 +37,15 @@ class OperandChecker {
   const char* Check(OperandKind kind, const uint8_t* at, CodeState* state, NamedOperand* named);
 
  private:
-  /// The same for one part: whether what it names exists, and whether its type will do.
+  /// The same for one part: whether what it names exists.
   const char* CheckPart(OperandPart part, const uint8_t* at, CodeState* state, NamedOperand* named);
+  /// Whether the type of what a part names will do.
   static const char* CheckType(OperandPart part, ValueType type);
+  /// A keyword by its number, which is of the kind that the part wants.
   const char* CheckKeyword(OperandPart part, uint32_t number);
+  /// The function that this one replaces, which stands in a role that the own one extends.
   const char* CheckSuper(uint32_t callee);
+  /// A byte offset in the function, where a join is.
   const char* CheckTarget(uint32_t target, NamedOperand* named) const;
 
   const VerifiedProgram& program_;

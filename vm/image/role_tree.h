@@ -13,7 +13,8 @@ class RoleTree {
   /// Learns the roles of a program, whose parents exist and form no circles. Takes time in
   /// proportion to the roles.
   void Plant(const VerifiedProgram& program);
-  /// True if the first role is the second or extends it, directly or not; in one step.
+  /// True if the first role is the second or extends it, directly or not; in one step, so that
+  /// all checks that ask it stay linear.
   [[nodiscard]] bool IsA(int role, int ancestor) const {
     return (ancestors_[role] >> ancestor & 1) != 0;
   }
@@ -25,6 +26,7 @@ class RoleTree {
  private:
   static constexpr uint8_t kNoRole = 255;
   static_assert(kMaxRoles < kNoRole);
+  /// What an entry of the tables below stands for; -1 for none.
   static int RoleOf(uint8_t entry) { return entry == kNoRole ? -1 : entry; }
 
   /// For each role, the bits of itself and of those that it extends.

@@ -26,7 +26,9 @@ class StackEffect {
   const char* Leave(CodeState* state) const;
 
  private:
+  /// What one letter stands for.
   const char* Pop(Term term, CodeState* state);
+  /// One of two values of one type whose bits tell whether they are the same.
   const char* PopCompared(CodeState* state);
   /// The arguments of the function that is called, and the values that the text has places for.
   const char* PopArguments(CodeState* state) const;

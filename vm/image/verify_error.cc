@@ -2,6 +2,7 @@
 
 namespace morphbus::vm {
 
+// An error that follows from the first one would only hide it.
 bool FirstError::Note(const char* message, uint32_t offset) {
   if (error_.message == nullptr) error_ = {message, offset};
   return false;

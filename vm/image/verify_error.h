@@ -33,7 +33,7 @@ class FirstError {
 
  private:
   bool Note(const char* message, uint32_t offset);
-  /// Note without a text, so that no caller on a microcontroller has to hand one over.
+  /// The same without a text, so that no caller on a microcontroller has to hand one over.
   bool Refuse(uint32_t offset);
 
   VerifyError error_;
