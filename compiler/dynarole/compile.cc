@@ -7,6 +7,7 @@
 
 #include "compiler/dynarole/checker.h"
 #include "compiler/dynarole/codegen.h"
+#include "compiler/dynarole/dump.h"
 #include "compiler/dynarole/image_writer.h"
 #include "compiler/dynarole/lints.h"
 #include "compiler/dynarole/parser.h"

@@ -1,4 +1,4 @@
-#include "compiler/dynarole/parser.h"
+#include "compiler/dynarole/dump.h"
 
 #include <fmt/format.h>
 

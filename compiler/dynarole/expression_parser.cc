@@ -1,13 +1,16 @@
+#include "compiler/dynarole/expression_parser.h"
+
+#include <algorithm>
 #include <charconv>
 #include <cstdlib>
-
-#include "compiler/dynarole/parser.h"
+#include <string>
+#include <utility>
 
 namespace morphbus::dynarole {
 
-namespace {
-
 using source::Span;
+
+namespace {
 
 // How tightly each operator binds; all of them group from the left.
 struct BinaryOperator {
@@ -55,7 +58,7 @@ const BinaryOperator* FindBinary(TokenKind token) {
 
 }  // namespace
 
-ExprPtr Parser::Node(ExprKind kind, const Span& span) {
+ExprPtr ExpressionParser::Node(ExprKind kind, const Span& span) {
   // The name of the node is its whole text unless the caller knows better.
   auto expr = std::make_unique<Expr>();
   expr->kind = kind;
@@ -64,25 +67,25 @@ ExprPtr Parser::Node(ExprKind kind, const Span& span) {
   return expr;
 }
 
-void Parser::Adopt(Expr* parent, ExprPtr child) {
+void ExpressionParser::Adopt(Expr* parent, ExprPtr child) {
   // Recursion over the tree must be bounded, and long sums make deep trees without nested
   // parentheses.
   parent->depth = std::max(parent->depth, child->depth + 1);
   parent->operands.push_back(std::move(child));
-  if (parent->depth > kMaxDepth) TooDeep(parent->span);
+  if (parent->depth > kMaxDepth) in_.TooDeep(parent->span);
 }
 
-ExprPtr Parser::ParseExpr(int level) {
-  if (!EnterLevel()) return Node(ExprKind::kError, Peek().span);
+ExprPtr ExpressionParser::Parse(int level) {
+  if (!in_.EnterLevel()) return Node(ExprKind::kError, in_.Peek().span);
   // Precedence climbing: the right side takes all operators that bind tighter than this one.
   ExprPtr left = ParseUnary();
   for (;;) {
-    const BinaryOperator* op = FindBinary(Peek().kind);
+    const BinaryOperator* op = FindBinary(in_.Peek().kind);
     if (op == nullptr || op->level < level) break;
-    const Span op_span = Take().span;
+    const Span op_span = in_.Take().span;
     // Operators of one level group from the left: the right side holds none of this level.
-    ExprPtr right = ParseExpr(op->level + 1);
-    ExprPtr expr = Node(ExprKind::kBinary, {file_, left->span.begin, right->span.end});
+    ExprPtr right = Parse(op->level + 1);
+    ExprPtr expr = Node(ExprKind::kBinary, {in_.file(), left->span.begin, right->span.end});
     expr->op = op->op;
     expr->name_span = op_span;
     Adopt(expr.get(), std::move(left));
@@ -90,46 +93,46 @@ ExprPtr Parser::ParseExpr(int level) {
     left = std::move(expr);
   }
   // Outside all operators: `if (a = b)`.
-  if (Is(TokenKind::kAssign) && level == 1) {
-    ErrorAt(Peek().span, "'=' cannot stand in an expression", "to compare, write '=='");
+  if (in_.Is(TokenKind::kAssign) && level == 1) {
+    in_.ErrorAt(in_.Peek().span, "'=' cannot stand in an expression", "to compare, write '=='");
   }
-  --level_;
+  in_.LeaveLevel();
   return left;
 }
 
-ExprPtr Parser::ParseUnary() {
+ExprPtr ExpressionParser::ParseUnary() {
   // `- - x` and `!!x` nest, so levels are counted here too.
-  if (!Is(TokenKind::kMinus) && !Is(TokenKind::kNot)) return ParsePostfix();
-  if (!EnterLevel()) return Node(ExprKind::kError, Peek().span);
-  const Token& sign = Take();
+  if (!in_.Is(TokenKind::kMinus) && !in_.Is(TokenKind::kNot)) return ParsePostfix();
+  if (!in_.EnterLevel()) return Node(ExprKind::kError, in_.Peek().span);
+  const Token& sign = in_.Take();
   ExprPtr operand = ParseUnary();
-  --level_;
-  ExprPtr expr = Node(ExprKind::kUnary, {file_, sign.span.begin, operand->span.end});
+  in_.LeaveLevel();
+  ExprPtr expr = Node(ExprKind::kUnary, {in_.file(), sign.span.begin, operand->span.end});
   expr->op = sign.kind == TokenKind::kMinus ? Operator::kNegate : Operator::kNot;
   expr->name_span = sign.span;
   Adopt(expr.get(), std::move(operand));
   return expr;
 }
 
-ExprPtr Parser::ParsePostfix() {
+ExprPtr ExpressionParser::ParsePostfix() {
   // Members and calls follow each other as they stand: `self.C1.SET_EXTENDED(true)`.
   ExprPtr expr = ParsePrimary();
   for (;;) {
-    if (Is(TokenKind::kDot)) {
-      Take();
+    if (in_.Is(TokenKind::kDot)) {
+      in_.Take();
       ExprPtr member = Node(ExprKind::kMember, expr->span);
-      if (!Is(TokenKind::kName)) {
+      if (!in_.Is(TokenKind::kName)) {
         NoMember();
         member->kind = ExprKind::kError;
         return member;
       }
       // The span of a member reaches from what stands before the dot to its name.
-      member->name_span = Peek().span;
-      member->name = TextOf(Take());
+      member->name_span = in_.Peek().span;
+      member->name = in_.TextOf(in_.Take());
       member->span.end = member->name_span.end;
       Adopt(member.get(), std::move(expr));
       expr = std::move(member);
-    } else if (Is(TokenKind::kLeftParen) &&
+    } else if (in_.Is(TokenKind::kLeftParen) &&
                (expr->kind == ExprKind::kName || expr->kind == ExprKind::kMember)) {
       // Only names and members can be called.
       ExprPtr call = Node(ExprKind::kCall, expr->span);
@@ -137,53 +140,53 @@ ExprPtr Parser::ParsePostfix() {
       call->name_span = expr->name_span;
       Adopt(call.get(), std::move(expr));
       ParseArguments(call.get());
-      call->span.end = Previous().span.end;
+      call->span.end = in_.Previous().span.end;
       expr = std::move(call);
     } else {
       return expr;
     }
     // Behind an error the tokens that follow belong to nothing that is known.
-    if (panic_) return expr;
+    if (in_.failed()) return expr;
   }
 }
 
-void Parser::NoMember() {
-  const TokenKind found = Peek().kind;
+void ExpressionParser::NoMember() {
+  const TokenKind found = in_.Peek().kind;
   if (found == TokenKind::kRole) {
-    ErrorAt(Peek().span,
-            "a program does not ask for a role, as code stands in the role that runs it",
-            "give each role a field that says what differs: side = $WEST;");
+    in_.ErrorAt(in_.Peek().span,
+                "a program does not ask for a role, as code stands in the role that runs it",
+                "give each role a field that says what differs: side = $WEST;");
   } else {
-    Unexpected("a name after '.'");
+    in_.Unexpected("a name after '.'");
   }
   // A word that begins a role or member would end the statement here, although it stands behind a
   // dot.
-  if (found == TokenKind::kRole || IsMemberWord(found)) Take();
+  if (found == TokenKind::kRole || IsMemberWord(found)) in_.Take();
 }
 
-bool Parser::ParseArguments(Expr* call) {
+bool ExpressionParser::ParseArguments(Expr* call) {
   // Arguments are expressions with commas between them; there may be none.
-  const Span opening = Take().span;
-  if (TakeIf(TokenKind::kRightParen)) return true;
+  const Span opening = in_.Take().span;
+  if (in_.TakeIf(TokenKind::kRightParen)) return true;
   do {
-    Adopt(call, ParseExpr());
-    if (panic_) return false;
-  } while (TakeIf(TokenKind::kComma));
-  return ExpectClosing(TokenKind::kRightParen, opening);
+    Adopt(call, Parse());
+    if (in_.failed()) return false;
+  } while (in_.TakeIf(TokenKind::kComma));
+  return in_.ExpectClosing(TokenKind::kRightParen, opening);
 }
 
-ExprPtr Parser::ParsePrimary() {
+ExprPtr ExpressionParser::ParsePrimary() {
   // What an expression can begin with.
-  const Token token = Peek();
+  const Token token = in_.Peek();
   switch (token.kind) {
     case TokenKind::kName: {
       ExprPtr expr = Node(ExprKind::kName, token.span);
-      expr->name = TextOf(Take());
+      expr->name = in_.TextOf(in_.Take());
       return expr;
     }
     case TokenKind::kDollar: {
       ExprPtr expr = Node(ExprKind::kDollar, token.span);
-      expr->name = TextOf(Take()).substr(1);
+      expr->name = in_.TextOf(in_.Take()).substr(1);
       return expr;
     }
     case TokenKind::kInt:
@@ -191,52 +194,52 @@ ExprPtr Parser::ParsePrimary() {
       ExprPtr expr =
           Node(token.kind == TokenKind::kInt ? ExprKind::kInt : ExprKind::kFloat, token.span);
       ParseNumber(expr.get());
-      Take();
+      in_.Take();
       return expr;
     }
     case TokenKind::kTrue:
     case TokenKind::kFalse: {
       ExprPtr expr = Node(ExprKind::kBool, token.span);
       expr->integer = token.kind == TokenKind::kTrue ? 1 : 0;
-      Take();
+      in_.Take();
       return expr;
     }
     case TokenKind::kSelf:
-      Take();
+      in_.Take();
       return Node(ExprKind::kSelf, token.span);
     case TokenKind::kSuper:
-      Take();
+      in_.Take();
       return Node(ExprKind::kSuper, token.span);
     case TokenKind::kText: {
       ExprPtr expr = Node(ExprKind::kText, token.span);
-      expr->name = TextValue(TextOf(Take()));
+      expr->name = TextValue(in_.TextOf(in_.Take()));
       return expr;
     }
     case TokenKind::kLeftParen: {
-      Take();
+      in_.Take();
       // Parentheses leave no trace in the tree.
-      ExprPtr expr = ParseExpr();
-      if (!panic_) ExpectClosing(TokenKind::kRightParen, token.span);
+      ExprPtr expr = Parse();
+      if (!in_.failed()) in_.ExpectClosing(TokenKind::kRightParen, token.span);
       return expr;
     }
     // What stands here begins no expression; it is left for the caller to skip.
     default:
       break;
   }
-  Unexpected("an expression");
+  in_.Unexpected("an expression");
   return Node(ExprKind::kError, token.span);
 }
 
 // An int may be one larger than the largest int, for the sake of -2147483648; the checker sees to
 // that.
-void Parser::ParseNumber(Expr* expr) {
+void ExpressionParser::ParseNumber(Expr* expr) {
   // The lexer has seen to it that the text is a number.
-  const std::string text = TextOf(Peek());
+  const std::string text = in_.TextOf(in_.Peek());
   if (expr->kind == ExprKind::kInt) {
     const auto result = std::from_chars(text.data(), text.data() + text.size(), expr->integer);
     if (result.ec != std::errc() || expr->integer > 2147483648LL) {
       expr->integer = 0;
-      diagnostics_.Error(expr->span, "number does not fit an int").hint =
+      in_.AddError(expr->span, "number does not fit an int").hint =
           "ints reach from -2147483648 to 2147483647; write a float as in 3000000000.0";
     }
     return;
@@ -245,7 +248,7 @@ void Parser::ParseNumber(Expr* expr) {
   expr->number = std::strtod(text.c_str(), nullptr);
   if (!(expr->number <= 3.4028234e38)) {
     expr->number = 0;
-    diagnostics_.Error(expr->span, "number is too large for a float").hint =
+    in_.AddError(expr->span, "number is too large for a float").hint =
         "floats reach to about 3.4e38";
   }
 }

@@ -1,0 +1,46 @@
+#pragma once
+// Statements and blocks of them.
+
+#include "compiler/dynarole/ast.h"
+#include "compiler/dynarole/expression_parser.h"
+#include "compiler/dynarole/token_reader.h"
+
+namespace morphbus::dynarole {
+
+/// Reads statements. Each function is called where the next token begins what it is named after,
+/// and leaves the one behind its semicolon or block; what could not be read is kError.
+class StatementParser {
+ public:
+  /// Both must outlive the parser.
+  StatementParser(TokenReader* in, ExpressionParser* expressions)
+      : in_(*in), expressions_(*expressions) {}
+
+  /// Statements in braces. An error ends with its statement; reading goes on at the next.
+  StmtPtr ParseBlock();
+
+ private:
+  StmtPtr ParseStatement();
+  StmtPtr ParseVar();
+  StmtPtr ParseIf();
+  StmtPtr ParseWhile();
+  StmtPtr ParseFor();
+  /// `break;` or `continue;`
+  StmtPtr ParseLeave();
+  StmtPtr ParseReturn();
+  /// Whether the next tokens begin an assignment: a name and a sign that assigns.
+  [[nodiscard]] bool AtAssignment() const;
+  /// An assignment up to its semicolon, which is left, as is the end of a `for`'s last part.
+  StmtPtr ParseAssignment();
+  StmtPtr ParseExpressionStatement();
+  /// Reports a statement of another language, such as `switch`; false if its first token is none.
+  bool ReportForeignStatement(const Token& first);
+  /// An expression in parentheses, behind `word`; null, with an error, if there are none.
+  ExprPtr ParseCondition(const char* word);
+  /// Recovery: moves on to the next statement or the end of the block.
+  void SkipStatement();
+
+  TokenReader& in_;
+  ExpressionParser& expressions_;
+};
+
+}  // namespace morphbus::dynarole
