@@ -4,37 +4,33 @@
 #include <cmath>
 #include <numbers>
 
+#include "compiler/base/split_mix.h"
+
 namespace morphbus::sim {
 namespace {
 
 using Eigen::Vector3d;
 
-/// The random numbers of one sensor at one tick: a counter, mixed (SplitMix64; Steele, Lea and
-/// Flood 2014), so that a reading does not depend on what was read before.
+/// The random numbers of one sensor at one tick, so that a reading does not depend on what was read
+/// before.
 class Noise {
  public:
   Noise(uint64_t seed, int64_t tick, int module, size_t sensor)
-      : state_(Mix(Mix(Mix(seed) ^ static_cast<uint64_t>(tick)) ^
-                   (static_cast<uint64_t>(module) << 8 | sensor))) {}
+      : random_(
+            SplitMix64::Mix(SplitMix64::Mix(SplitMix64::Mix(seed) ^ static_cast<uint64_t>(tick)) ^
+                            (static_cast<uint64_t>(module) << 8 | sensor))) {}
 
   /// One draw of a normal distribution with mean 0 (Box and Muller's method).
   double Gaussian(double deviation) {
     constexpr double kUnit = 1.0 / 9007199254740992.0;  // 2^-53
     // Half a unit keeps the first number from 0, whose logarithm is infinite.
-    const double u = (static_cast<double>(Next() >> 11) + 0.5) * kUnit;
-    const double turn = static_cast<double>(Next() >> 11) * kUnit * 2 * std::numbers::pi;
+    const double u = (static_cast<double>(random_.Next() >> 11) + 0.5) * kUnit;
+    const double turn = static_cast<double>(random_.Next() >> 11) * kUnit * 2 * std::numbers::pi;
     return deviation * std::sqrt(-2 * std::log(u)) * std::cos(turn);
   }
 
  private:
-  static uint64_t Mix(uint64_t x) {
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
-    return x ^ (x >> 31);
-  }
-  uint64_t Next() { return Mix(state_ += 0x9e3779b97f4a7c15ULL); }
-
-  uint64_t state_;
+  SplitMix64 random_;
 };
 
 /// Whether something touches the sensor's link on the side to which it looks, near enough.

@@ -143,7 +143,7 @@ struct NeighbourMessage {
   ProgramFragment fragment;
 };
 
-/// An invocation from outside (a person's `morphbus invoke`), given to any one module, which issues
+/// An invocation from outside (a person's `morphbus control invoke`), given to any one module, which issues
 /// it as its own.
 struct InvokeRequest {
   uint64_t program_hash = 0;  ///< The request is refused under any other image.
@@ -191,7 +191,7 @@ struct TickInput {
   /// The previous tick's message of the neighbour on each connector; nullptr if none arrived. A
   /// message whose sender is not that neighbour is ignored.
   const NeighbourMessage* messages[kMaxConnectors] = {};
-  /// What people ask this module to issue in this tick (morphbus invoke).
+  /// What people ask this module to issue in this tick (morphbus control invoke).
   uint8_t num_requests = 0;
   InvokeRequest requests[kMaxRequests];
 };

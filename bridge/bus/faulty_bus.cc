@@ -70,7 +70,7 @@ bool MatchesPattern(std::string_view pattern, std::string_view text) {
 FaultyBus::FaultyBus(Bus* inner, const FaultPlan& plan, std::string_view process,
                      std::function<int64_t()> now_us)
     : ForwardingBus(inner),
-      state_(plan.seed.value_or(1) ^ HashOf(process)),
+      random_(plan.seed.value_or(1) ^ HashOf(process)),
       now_us_(std::move(now_us)) {
   for (const FaultRule& rule : plan.rules) {
     // The receiver never changes, so rules for others are dropped once.
@@ -78,20 +78,11 @@ FaultyBus::FaultyBus(Bus* inner, const FaultPlan& plan, std::string_view process
   }
 }
 
-uint64_t FaultyBus::Random() {
-  // splitmix64 (Steele, Lea, Flood 2014), which needs no more state than a counter.
-  state_ += 0x9e3779b97f4a7c15ULL;
-  uint64_t z = state_;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-  return z ^ (z >> 31);
-}
-
 bool FaultyBus::Happens(double probability) {
   // What cannot happen takes no number, so that a rule more leaves the others' draws alone.
   if (!(probability > 0)) return false;
   const auto threshold = static_cast<uint64_t>(std::ldexp(std::fmin(probability, 1), kRandomBits));
-  return Random() >> (64 - kRandomBits) < threshold;
+  return random_.Next() >> (64 - kRandomBits) < threshold;
 }
 
 std::vector<FaultyBus::Fate> FaultyBus::Draw(std::string_view channel, const uint8_t* data,
@@ -117,10 +108,11 @@ std::vector<FaultyBus::Fate> FaultyBus::Draw(std::string_view channel, const uin
   for (Fate& fate : fates) {
     for (const FaultRule* rule : rules) {
       if (Happens(rule->reorder)) {
-        fate.delay += 1 + static_cast<int>(Random() % static_cast<uint64_t>(rule->delay));
+        fate.delay += 1 + static_cast<int>(random_.Next() % static_cast<uint64_t>(rule->delay));
       }
       if (now_us_ && Happens(rule->late)) {
-        fate.late_us += 1 + static_cast<int64_t>(Random() % static_cast<uint64_t>(rule->by_us));
+        fate.late_us +=
+            1 + static_cast<int64_t>(random_.Next() % static_cast<uint64_t>(rule->by_us));
       }
       fate.damaged = Happens(rule->corrupt) || fate.damaged;
     }
@@ -132,8 +124,8 @@ void FaultyBus::Damage(std::vector<uint8_t>* bytes) {
   if (bytes->empty()) return;
   // Unlike bits, since two flips of one would undo each other.
   const size_t bits = 8 * bytes->size();
-  const size_t first = Random() % bits;
-  const size_t flips = 1 + Random() % 3;
+  const size_t first = random_.Next() % bits;
+  const size_t flips = 1 + random_.Next() % 3;
   for (size_t i = 0; i < flips; ++i) {
     const size_t bit = (first + i * (1 + first % 3)) % bits;
     (*bytes)[bit / 8] ^= static_cast<uint8_t>(1 << bit % 8);

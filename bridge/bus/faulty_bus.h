@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "bridge/bus/bus_adapters.h"
+#include "compiler/base/split_mix.h"
 
 namespace morphbus::bridge {
 
@@ -116,12 +117,11 @@ class FaultyBus : public ForwardingBus {
   void Overtake(size_t count);
   /// Flips one to three bits.
   void Damage(std::vector<uint8_t>* bytes);
-  /// The next random number, and whether something of this probability happens.
-  uint64_t Random();
+  /// Whether something of this probability happens.
   bool Happens(double probability);
 
   std::vector<FaultRule> rules_;  ///< Those for this process.
-  uint64_t state_;                ///< Of the random numbers: splitmix64's counter.
+  SplitMix64 random_;             ///< Decides what becomes of a message.
   // By name, by prefix, and those told by both ends by their prefix.
   Book exact_, prefixes_, quiet_;
   std::vector<Delayed> delayed_;          ///< Oldest first.

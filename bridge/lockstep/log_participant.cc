@@ -318,7 +318,7 @@ void LogParticipant::CarryOut(const LogAction& action) {
     // first.
     case LogAction::Kind::kHello:
       return SayHello(options_.claim, options_.build, 1, "", 0);
-    // The sim may go on to 16 ticks beyond this one.
+    // The sim may go on beyond this one by as many ticks as it keeps (options.window).
     case LogAction::Kind::kAck:
       return SayProgress();
     // With END goes what was recorded, for the sim to compare with what was published.

@@ -22,9 +22,6 @@ namespace {
 constexpr Interest kClockInterest{true, 1, kFirstFieldOffset, morphbus::sim_clock_t::PHASE_RUN,
                                   true};
 
-/// In real time a mate's message this many ticks old is still better than none.
-constexpr int64_t kOldestUseful = 3;
-
 }  // namespace
 
 ModuleParticipant::ModuleParticipant(Bus* bus, ModuleController* controller, const TimeSource* time,
@@ -295,7 +292,7 @@ const vm::NeighbourMessage* ModuleParticipant::MessageOf(uint16_t mate, int64_t 
   if (!options_.realtime) return nullptr;
   ++ledger_.missed_deadlines;
   const int64_t newest = machine_.NewestOf(mate);
-  const bool useful = newest >= 0 && newest >= tick - kOldestUseful;
+  const bool useful = newest >= 0 && newest >= tick - kOldestUsefulTicks;
   return useful ? &box->MessageOf(newest) : nullptr;
 }
 

@@ -15,6 +15,10 @@
 
 namespace morphbus::bridge {
 
+/// In real time what a neighbour said this many ticks ago is still better than nothing: so long its
+/// late or lost messages are done without.
+inline constexpr int kOldestUsefulTicks = 3;
+
 /// The module that SENSORS is read for; readings of other ones are refused.
 struct SensedModule {
   /// Name and number, as SENSORS tells them.

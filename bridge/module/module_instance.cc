@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "bridge/lockstep/tick_inputs.h"
 #include "bridge/wire/channels.h"
 #include "compiler/base/check.h"
 #include "vm/image/kinematics_verifier.h"
@@ -12,9 +13,6 @@
 
 namespace morphbus::bridge {
 namespace {
-
-/// In real time, what a neighbour said holds for so many ticks when its message is late or lost.
-constexpr uint16_t kRealtimeGraceTicks = 3;
 
 /// The verifier's verdict on an image.
 Result<void> ToResult(const std::string& name, const vm::VerifyError& error) {
@@ -30,7 +28,7 @@ vm::VmConfig ConfigOf(const ModuleSpec& spec) {
   config.incarnation = spec.incarnation;
   config.random_seed = spec.random_seed;
   // In lockstep every neighbour's message is there, so none has to stand in for another.
-  config.grace_ticks = spec.realtime ? kRealtimeGraceTicks : 0;
+  config.grace_ticks = spec.realtime ? kOldestUsefulTicks : 0;
   config.is_root = spec.root.has_value();
   if (spec.root) {
     config.root_link = spec.root->link;

@@ -1,7 +1,8 @@
 #pragma once
 // Between the VM's plain structs (vm/module_api.h) and the wire types. The VM knows no message
-// types and no LCM, so that it can run where neither exists; this file is the only place where both
-// meet. Incoming messages have passed Decode, so their numbers are in range.
+// types and no LCM, so that it can run where neither exists; nowhere else are fields of one
+// made from those of the other. Incoming messages have passed Decode, so their numbers are in
+// range.
 
 #include <cstdint>
 #include <morphbus/actuator_t.hpp>
@@ -24,8 +25,7 @@ namespace morphbus::bridge {
 /// The neighbour message as transform_t, header left to the outbox. Always under kMaxPayloadBytes.
 void ToTransform(const vm::NeighbourMessage& message, morphbus::transform_t* out);
 
-/// The reverse, of a message that Decode accepted; sender, tick and program hash come from its
-/// header.
+/// The reverse, of a message that Decode accepted; tick and program hash come from its header.
 void FromTransform(const morphbus::transform_t& message, vm::NeighbourMessage* out);
 
 /// Commands of one tick. `status_count`: STATUS messages published so far, this tick's included.

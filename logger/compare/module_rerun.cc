@@ -13,6 +13,7 @@
 #include <optional>
 #include <vector>
 
+#include "bridge/lockstep/tick_inputs.h"
 #include "bridge/module/module_instance.h"
 #include "bridge/observe/run_message.h"
 #include "bridge/wire/codec.h"
@@ -28,9 +29,8 @@ namespace {
 using bridge::Topic;
 using MessageBytes = std::vector<uint8_t>;
 
-/// In real time a neighbour's message of so many ticks ago is still taken (as modules do).
-constexpr int64_t kOldestUseful = 3;
-constexpr uint16_t kRealtimeGraceTicks = 3;
+// As modules do.
+using bridge::kOldestUsefulTicks;
 /// By so many ticks a message may stand too late in the file: what was lost on the way to the
 /// recorder has come later.
 constexpr int64_t kLatestTicks = 64;
@@ -159,7 +159,7 @@ class Rerun {
   void TakeNeighbour(const bridge::RunMessage& message) {
     const int64_t tick = message.header.tick;
     const auto transform = bridge::DecodeAs<morphbus::transform_t>(message);
-    if (!transform || tick < next_tick_ - kOldestUseful) return;
+    if (!transform || tick < next_tick_ - kOldestUsefulTicks) return;
     heard_[static_cast<uint16_t>(transform->module_id)].insert_or_assign(
         tick, MessageBytes(message.data, message.data + message.size));
   }
@@ -207,7 +207,7 @@ class Rerun {
     }
     if (next_tick_ == before) return;
     for (auto& [mate, messages] : heard_) {
-      messages.erase(messages.begin(), messages.lower_bound(next_tick_ - kOldestUseful));
+      messages.erase(messages.begin(), messages.lower_bound(next_tick_ - kOldestUsefulTicks));
     }
   }
 
@@ -249,7 +249,7 @@ class Rerun {
     config_.module_id = module_id_;
     config_.incarnation = incarnation;
     config_.random_seed = log_.facts.random_seed;
-    config_.grace_ticks = realtime() ? kRealtimeGraceTicks : uint16_t{0};
+    config_.grace_ticks = realtime() ? kOldestUsefulTicks : 0;
     config_.is_root = module_.name == log_.facts.root_module;
     // Only the robot's own root module says which of its links is meant.
     const int link = module_.model_index == log_.robot->root_module ? log_.robot->root_link : 0;
@@ -313,7 +313,7 @@ class Rerun {
   [[nodiscard]] const MessageBytes* HeardFrom(uint16_t mate, int64_t tick) const {
     const auto messages = heard_.find(mate);
     if (messages == heard_.end()) return nullptr;
-    const int64_t oldest = realtime() ? tick - kOldestUseful + 1 : tick;
+    const int64_t oldest = realtime() ? tick - kOldestUsefulTicks + 1 : tick;
     for (int64_t t = tick; t >= std::max<int64_t>(0, oldest); --t) {
       const auto found = messages->second.find(t);
       if (found != messages->second.end()) return &found->second;

@@ -18,8 +18,9 @@ struct OpResult {
   bool wait = false;
 };
 
-/// The services of a module that instructions use. Implemented by the VM (vm/vm.cc) and by fakes in
-/// tests. Angles in degrees, as in the language; joints, links, connectors are own indices.
+/// The services of a module that instructions use. Implemented by ModuleServices
+/// (vm/role/module_services.h) and by fakes in tests. Angles in degrees, as in the language;
+/// joints, links, connectors are own indices.
 class ProgramHost {
  public:
   // Structure.
