@@ -34,7 +34,7 @@ struct LockstepTiming {
   /// Modules and the logger give the run up after so long without a word from the sim.
   int64_t lost_us = 10'000'000;
   /// While the sim holds still (pause, a slow pace, processes that have not joined), it repeats
-  /// CLOCK so often; well below lost_us.
+  /// CLOCK and says that it lives so often; well below lost_us.
   int64_t heartbeat_us = 500'000;
   /// A process that has acknowledged END leaves after so much silence even if LEAVE never comes.
   int64_t linger_us = 1'000'000;

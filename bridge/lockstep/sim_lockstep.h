@@ -20,8 +20,8 @@ namespace morphbus::bridge {
 /// it is for nobody in particular.
 struct SimAction {
   enum class Kind : uint8_t {
-    /// Publish CLOCK of `tick`, for the first time. That of tick 0 also asks who is there, should
-    /// not everybody join by himself.
+    /// Publish CLOCK of `tick`, for the first time. That of tick 0 may come before all have joined,
+    /// to show that there is a simulator.
     kPublishClock,
     /// Publish SENSORS and WORLD of `tick`, for the first time.
     kPublishReadings,
@@ -35,7 +35,8 @@ struct SimAction {
     kAskModule,
     /// Ask the logger up to which tick it has everything.
     kPollLogger,
-    /// Say that the sim lives, and which tick it is at: who owes it something says it again.
+    /// Say that the sim lives, and which tick it is at: a process that owes it HELLO or the
+    /// acknowledgement of END says it again.
     kSayProgress,
     /// Ask module `process` to leave the run.
     kAskToLeave,
@@ -191,7 +192,8 @@ class SimLockstep {
   void AskForAnswers(Actions* out);
   /// Stops asking, because it is the sim itself that does not go on.
   void Hold();
-  /// Repeats CLOCK and SENSORS if nothing was published for LockstepTiming::heartbeat_us.
+  /// Repeats CLOCK and SENSORS, and says that the sim lives, if nothing was published for
+  /// LockstepTiming::heartbeat_us.
   void Heartbeat(int64_t now_us, Actions* out);
   /// Asks again for whatever the present phase waits for.
   void OnAskTimer(Actions* out);
