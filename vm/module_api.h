@@ -143,8 +143,8 @@ struct NeighbourMessage {
   ProgramFragment fragment;
 };
 
-/// An invocation from outside (a person's `morphbus control invoke`), given to any one module, which issues
-/// it as its own.
+/// An invocation from outside (a person's `morphbus control invoke`), given to any one module,
+/// which issues it as its own.
 struct InvokeRequest {
   uint64_t program_hash = 0;  ///< The request is refused under any other image.
   uint16_t role = 0;
