@@ -35,6 +35,9 @@ add_library(morphbus_lcm INTERFACE)
 target_include_directories(morphbus_lcm SYSTEM INTERFACE ${LCM_INCLUDE_DIR})
 target_link_libraries(morphbus_lcm INTERFACE ${LCM_LIBRARY} Threads::Threads)
 
+# Makes the checks of messages (lcmtypes/layouts.py). Nothing that is built needs it to run.
+find_package(Python3 3.8 REQUIRED COMPONENTS Interpreter)
+
 # GNU MPFR rounds functions correctly. Debian ships no CMake config of it.
 find_library(MPFR_LIBRARY mpfr REQUIRED)
 # libpng reads height maps.

@@ -19,8 +19,8 @@ namespace morphbus::bridge {
 namespace {
 
 /// Of CLOCK a module needs the beginning and the end: in between SENSORS is its beat.
-constexpr Interest kClockInterest{true, 1, kFirstFieldOffset, morphbus::sim_clock_t::PHASE_RUN,
-                                  true};
+constexpr Interest kClockInterest{true, 1, OffsetOf<morphbus::sim_clock_t>("phase"),
+                                  morphbus::sim_clock_t::PHASE_RUN, true};
 
 }  // namespace
 
@@ -185,7 +185,8 @@ void ModuleParticipant::UpdateSubscriptions(const std::vector<uint16_t>& mates, 
   // Every module's name is known once all parts have come; then our own part is enough.
   if (own_part >= 0 && !narrowed_ && machine_.knows_all()) {
     narrowed_ = true;
-    const Interest own{true, 2, kFirstFieldOffset, static_cast<uint16_t>(own_part), false};
+    const Interest own{true, 2, OffsetOf<morphbus::sensors_t>("part"),
+                       static_cast<uint16_t>(own_part), false};
     ListenFor(own, ChannelOf(kSimProcess, Topic::kSensors), &ModuleParticipant::OnSensors);
   }
   if (machine_.tick() > 0) mail_.ListenToKnown();

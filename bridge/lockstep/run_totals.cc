@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "bridge/wire/channels.h"
-#include "bridge/wire/lockstep_layout.h"
+#include "bridge/wire/wire_limits.h"
 
 namespace morphbus::bridge {
 
@@ -24,7 +24,7 @@ std::vector<morphbus::totals_t> SplitTotals(const std::string& process, int64_t 
     const morphbus::channel_total_t total = ToWire(published);
     const size_t size = static_cast<size_t>(parts.back().getEncodedSize()) +
                         static_cast<size_t>(total._getEncodedSizeNoHash());
-    if (size > kMaxPayloadBytes || parts.back().num_totals >= layout::kMostTotals) {
+    if (size > kMaxPayloadBytes || parts.back().totals.size() >= kMostTotals) {
       parts.push_back(empty);
     }
     parts.back().totals.push_back(total);

@@ -6,16 +6,19 @@
 #include <cstring>
 
 #include "bridge/wire/big_endian.h"
-#include "bridge/wire/health_layout.h"
-#include "bridge/wire/message_layout.h"
+#include "bridge/wire/wire_size.h"
 
 namespace morphbus::bridge {
 namespace {
 
-// Where lcm-gen puts the further fields of header_t that are looked at without decoding.
-constexpr size_t kProtocolOffset = kContentOffset;
-constexpr size_t kModelOffset = kProtocolOffset + 4 + 3 * 8, kProgramOffset = kModelOffset + 8;
-constexpr size_t kHeaderEnd = kProgramOffset + 8;
+// Where the further fields of header_t stand that are looked at without decoding.
+constexpr size_t kProtocolOffset = OffsetOf<morphbus::header_t>("protocol");
+constexpr size_t kModelOffset = OffsetOf<morphbus::header_t>("model_hash");
+constexpr size_t kProgramOffset = OffsetOf<morphbus::header_t>("program_hash");
+constexpr size_t kHeaderEnd = 8 + LargestSize<morphbus::header_t>();
+static_assert(OffsetOf<morphbus::header_t>("crc32") == kCrcOffset &&
+              OffsetOf<morphbus::header_t>("auth") == kAuthOffset &&
+              kProtocolOffset == kContentOffset);
 
 /// Protocol and CRC, the same for every type.
 Result<void> CheckHeaderBytes(const uint8_t* data, size_t size) {

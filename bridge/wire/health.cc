@@ -5,8 +5,8 @@
 
 #include <tuple>
 
+#include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
-#include "bridge/wire/health_layout.h"
 #include "bridge/wire/wire_size.h"
 
 namespace morphbus::bridge {

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "bridge/wire/codec.h"
-#include "bridge/wire/layout_base.h"
 #include "bridge/wire/vm_codec.h"
 #include "compiler/base/check.h"
 
@@ -22,8 +21,7 @@ struct TextLimits {
   size_t name, value;
 };
 TextLimits LimitsOf(bool cut_short) {
-  return cut_short ? TextLimits{kShortest, kShortest}
-                   : TextLimits{kMaxStatusName, layout::kMaxValueText};
+  return cut_short ? TextLimits{kShortest, kShortest} : TextLimits{kMaxStatusName, kMaxValueText};
 }
 
 morphbus::value_t ToWire(const HeldValue& held, const TextLimits& limits) {

@@ -45,7 +45,7 @@ struct HeldState {
 };
 
 /// Puts a state into messages, as much as fits into each. Long names and values are cut at a
-/// character (kMaxStatusName, layout::kMaxValueText).
+/// character (kMaxStatusName, kMaxValueText).
 class HeldSplitter {
  public:
   /// `held` outlives the splitter.

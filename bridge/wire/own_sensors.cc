@@ -17,8 +17,8 @@ Result<void> DecodeOwnSensors(const uint8_t* data, size_t size, const Expectatio
   const auto bytes_from = [&](const uint8_t* at) { return static_cast<int>(data + size - at); };
   // The header, the part's number and the number of parts stand before the readings.
   const int header = out->header._decodeNoHash(data, 8, static_cast<int>(size) - 8);
-  out->part = PeekInteger<int16_t>(data + kFirstFieldOffset);
-  out->num_parts = PeekInteger<int16_t>(data + kFirstFieldOffset + 2);
+  out->part = PeekInteger<int16_t>(data + OffsetOf<morphbus::sensors_t>("part"));
+  out->num_parts = PeekInteger<int16_t>(data + OffsetOf<morphbus::sensors_t>("num_parts"));
   out->modules.resize(mine == nullptr ? 0 : 1);
   out->num_modules = static_cast<int16_t>(out->modules.size());
   if (header < 0 ||

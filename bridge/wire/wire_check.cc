@@ -3,7 +3,6 @@
 #include <string>
 #include <type_traits>
 
-#include "bridge/wire/health_layout.h"
 #include "bridge/wire/wire_limits.h"
 #include "bridge/wire/wire_reader.h"
 

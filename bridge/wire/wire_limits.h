@@ -1,5 +1,6 @@
 #pragma once
-// How large messages and what they carry may be.
+// How large messages and what they carry may be. bridge/wire/wire_ranges.cc holds the ranges of
+// lcmtypes/*.lcm to it.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,6 +18,9 @@ inline constexpr int64_t kMostSequence = int64_t{1} << 56;
 /// Longest text for people in a message (reasons, errors, builds), bytes.
 inline constexpr size_t kLongestText = 200;
 
+/// Longest value of a program as text, bytes.
+inline constexpr size_t kMaxValueText = 96;
+
 /// Largest piece of a new program in SENSORS, bytes.
 inline constexpr size_t kMaxDeployPiece = 128;
 
@@ -24,6 +28,9 @@ inline constexpr size_t kMaxDeployPiece = 128;
 inline constexpr int kMostLateness = 8;
 /// Totals that one HEALTH holds; no process publishes on more channels that count for the hash.
 inline constexpr int kMostTopicTotals = 3;
+
+/// Totals that one TOTALS holds; the log's END has more.
+inline constexpr size_t kMostTotals = 32;
 
 /// Channels of which one HEALTH tells how much came there that had not the run's key.
 inline constexpr int kMostUnauthenticChannels = 4;

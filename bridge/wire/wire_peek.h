@@ -1,8 +1,9 @@
 #pragma once
 // Single fields of messages, read at their places without decoding the rest: for readers of logs,
 // who want one field of a million messages. The message must have passed CheckBody (codec.h).
-// Places follow from the order of the fields in lcmtypes/; test/bridge/layout_test.cc compares them
-// with what the decoders say.
+// Places of fields before all arrays are looked up in the layout; those behind arrays follow from
+// the order of the fields in lcmtypes/. test/bridge/codec_test.cc compares them with what the
+// decoders say.
 
 #include <bit>
 #include <cstddef>
@@ -24,14 +25,16 @@ Integer PeekInteger(const uint8_t* at) {
 }
 
 /// Of any message: the sim time of its header (µs), which begins behind the fingerprint.
-inline int64_t PeekSimTime(const uint8_t* data) { return PeekInteger<int64_t>(data + 32); }
+inline int64_t PeekSimTime(const uint8_t* data) {
+  return PeekInteger<int64_t>(data + OffsetOf<morphbus::header_t>("sim_time_us"));
+}
 
 /// Of WORLD: which part it is, and how many there are.
 inline int16_t PeekWorldPart(const uint8_t* data) {
-  return PeekInteger<int16_t>(data + kFirstFieldOffset);
+  return PeekInteger<int16_t>(data + OffsetOf<morphbus::world_t>("part"));
 }
 inline int16_t PeekWorldParts(const uint8_t* data) {
-  return PeekInteger<int16_t>(data + kFirstFieldOffset + 2);
+  return PeekInteger<int16_t>(data + OffsetOf<morphbus::world_t>("num_parts"));
 }
 
 /// Of SENSORS: one module's reading, as it stands in the message.
@@ -45,7 +48,7 @@ struct PeekedReading {
 /// begin: the lengths of four lists, with the lists behind them.
 template <class Each>
 const uint8_t* PeekReadings(const uint8_t* data, const Each& each) {
-  const uint8_t* at = data + kFirstFieldOffset + 4;
+  const uint8_t* at = data + OffsetOf<morphbus::sensors_t>("num_modules");
   const auto count = PeekInteger<int16_t>(at);
   at += 2;
   for (int i = 0; i < count; ++i) {
@@ -69,24 +72,28 @@ const uint8_t* PeekReadings(const uint8_t* data, const Each& each) {
 
 /// Of ACTUATOR: how many STATUS its module has published.
 inline int64_t PeekStatusCount(const uint8_t* data) {
-  return PeekInteger<int64_t>(data + kFirstFieldOffset + 2);
+  return PeekInteger<int64_t>(data + OffsetOf<morphbus::actuator_t>("status_count"));
 }
 
 /// Of TRANSFORM: role, and whether it has poses and whether they age.
 inline int16_t PeekRole(const uint8_t* data) {
-  return PeekInteger<int16_t>(data + kFirstFieldOffset + 6);
+  return PeekInteger<int16_t>(data + OffsetOf<morphbus::transform_t>("role"));
 }
-/// Where its fields behind the shared ones begin, of which each has 4 bytes.
-inline const uint8_t* PeekBehindShared(const uint8_t* data) {
-  const uint8_t* num_shared = data + kFirstFieldOffset + 8;
-  return num_shared + 1 + 4 * static_cast<size_t>(*num_shared);
+/// Where a field behind the shared ones begins, of which each has 4 bytes; `offset` is as if there
+/// were none.
+inline const uint8_t* PeekBehindShared(const uint8_t* data, uint32_t offset) {
+  return data + offset + 4 * size_t{data[OffsetOf<morphbus::transform_t>("num_shared")]};
 }
-inline bool PeekHasPose(const uint8_t* data) { return PeekBehindShared(data)[0] != 0; }
-inline bool PeekPoseStale(const uint8_t* data) { return PeekBehindShared(data)[1] != 0; }
+inline bool PeekHasPose(const uint8_t* data) {
+  return *PeekBehindShared(data, OffsetOf<morphbus::transform_t>("has_pose")) != 0;
+}
+inline bool PeekPoseStale(const uint8_t* data) {
+  return *PeekBehindShared(data, OffsetOf<morphbus::transform_t>("pose_stale")) != 0;
+}
 
 /// Of TRANSFORM: the poses of its links, X_RL.
 inline void PeekLinkPoses(const uint8_t* data, std::vector<morphbus::pose_t>* out) {
-  const uint8_t* at = PeekBehindShared(data) + 18;
+  const uint8_t* at = PeekBehindShared(data, OffsetOf<morphbus::transform_t>("num_links"));
   out->resize(static_cast<size_t>(*at++));
   const auto next = [&at] {
     const auto value = std::bit_cast<float>(PeekInteger<int32_t>(at));

@@ -44,27 +44,26 @@ class WireReader {
 
   // The visitor's part, as bridge/wire/message_layout.h asks for it. `name` is the field's name for
   // failures. After a failure these read nothing, and what they return is 0.
-  /// Numbers in network order, refused outside lowest..highest (both allowed).
-  int64_t Int8(const char* name, int64_t lowest, int64_t highest) {
-    return Integer<int8_t>(name, lowest, highest);
+  /// A whole number in network order, refused outside lowest..highest (both allowed), which lies
+  /// within T's range. T says how many bytes it has, and that they are signed in two's complement.
+  /// The failure names the number's first byte.
+  /// @param index  its place, if it is one of an array; else -1.
+  template <class T>
+  int64_t Int(const char* name, int64_t lowest, int64_t highest, int64_t index = -1) {
+    const auto value = static_cast<T>(Bits<std::make_unsigned_t<T>>(name, index));
+    if (ok() && (value < lowest || value > highest)) {
+      position_ -= sizeof(T);
+      Fail(name, index, "is out of range");
+    }
+    return ok() ? value : 0;
   }
-  int64_t Int16(const char* name, int64_t lowest, int64_t highest) {
-    return Integer<int16_t>(name, lowest, highest);
+  /// The length of an array that follows, not below 0; its highest value bounds all further work.
+  template <class T>
+  int64_t Count(const char* name, int64_t lowest, int64_t highest) {
+    return Int<T>(name, lowest, highest);
   }
-  int64_t Int32(const char* name, int64_t lowest, int64_t highest) {
-    return Integer<int32_t>(name, lowest, highest);
-  }
-  int64_t Int64(const char* name, int64_t lowest, int64_t highest) {
-    return Integer<int64_t>(name, lowest, highest);
-  }
-  /// The length of an array that follows, from 0; what it may be at most bounds all further work.
-  int64_t Count8(const char* name, int64_t highest) { return Int8(name, 0, highest); }
-  int64_t Count16(const char* name, int64_t highest) { return Int16(name, 0, highest); }
-  int64_t Count32(const char* name, int64_t highest) { return Int32(name, 0, highest); }
   /// A flag is 0 or 1 and nothing else, so that what is accepted means exactly its bytes.
-  void Bool(const char* name) { Int8(name, 0, 1); }
-  /// 64 bits of which every value is allowed.
-  void Hash(const char* name) { Skip(name, 8); }
+  void Bool(const char* name) { Int<int8_t>(name, 0, 1); }
   /// `count` numbers in IEEE 754; infinite ones and those that are not numbers are refused.
   void Floats(const char* name, int64_t count) { Reals<float, uint32_t>(name, count); }
   void Doubles(const char* name, int64_t count) { Reals<double, uint64_t>(name, count); }
@@ -82,7 +81,7 @@ class WireReader {
   void Text(const char* name, size_t longest, int64_t index = -1) {
     // The length itself must be possible before any byte of the text is looked at.
     const auto length =
-        static_cast<size_t>(Integer<int32_t>(name, 1, static_cast<int64_t>(longest) + 1, index));
+        static_cast<size_t>(Int<int32_t>(name, 1, static_cast<int64_t>(longest) + 1, index));
     if (!ok()) return;
     // position_ never exceeds size_, so the difference is no less than 0.
     if (length > size_ - position_) return Fail(name, index, "is cut short");
@@ -163,21 +162,6 @@ class WireReader {
     const U value = LoadBigEndian<U>(data_ + position_);
     position_ += sizeof(U);
     return value;
-  }
-
-  /// A number of type T in lowest..highest. T says how many bytes it has, and that they are signed
-  /// in two's complement; what is outside of the range reads as 0, and the failure names its first
-  /// byte.
-  template <class T>
-  int64_t Integer(const char* name, int64_t lowest, int64_t highest, int64_t index = -1) {
-    // The range is that of the layout, which lies within T's.
-    const auto value = static_cast<T>(Bits<std::make_unsigned_t<T>>(name, index));
-    if (ok() && (value < lowest || value > highest)) {
-      // The failure names the byte at which the number begins.
-      position_ -= sizeof(T);
-      Fail(name, index, "is out of range");
-    }
-    return ok() ? value : 0;
   }
 
   /// One number in IEEE 754, of any value: whoever asks for it checks that it is finite. F is float

@@ -7,9 +7,12 @@
 #include <cfenv>
 #include <limits>
 #include <morphbus/actuator_t.hpp>
+#include <morphbus/health_t.hpp>
 #include <morphbus/info_part_t.hpp>
 #include <morphbus/sensors_t.hpp>
+#include <morphbus/sim_clock_t.hpp>
 #include <morphbus/transform_t.hpp>
+#include <morphbus/world_t.hpp>
 #include <random>
 
 #include "bridge/wire/arithmetic_hash.h"
@@ -17,7 +20,9 @@
 #include "bridge/wire/own_sensors.h"
 #include "bridge/wire/stream_hash.h"
 #include "bridge/wire/wire_peek.h"
+#include "bridge/wire/wire_size.h"
 #include "test/bridge/sample_messages.h"
+#include "vm/limits.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -220,7 +225,8 @@ std::string WhyRefused(size_t sample, const Change& change) {
 }
 
 TEST(Codec, ImpossibleValuesAreRefusedByFieldAndPlace) {
-  using morphbus::actuator_t, morphbus::sensors_t, morphbus::transform_t;
+  using morphbus::actuator_t, morphbus::health_t, morphbus::info_part_t, morphbus::sensors_t,
+      morphbus::transform_t;
   const double nan = std::nan("");
   const auto infinity = std::numeric_limits<float>::infinity();
   EXPECT_EQ(WhyRefused<sensors_t>(1, [](sensors_t*) {}), "");
@@ -253,6 +259,16 @@ TEST(Codec, ImpossibleValuesAreRefusedByFieldAndPlace) {
          "transform_t.fragments[0].offset puts the piece beyond the package's end");
   expect(WhyRefused<transform_t>(0,
                                  [](transform_t* m) {
+                                   m->fragments[0].bytes.clear();
+                                   m->fragments[0].size = 0;
+                                 }),
+         "transform_t.fragments[0].size is out of range");
+  expect(WhyRefused<health_t>(8, [](health_t* m) { m->lateness[0].late = 6; }),
+         "health_t.lateness[0].late is above missed");
+  expect(WhyRefused<info_part_t>(10, [](info_part_t* m) { --m->total_bytes; }),
+         "info_part_t.size is above total_bytes");
+  expect(WhyRefused<transform_t>(0,
+                                 [](transform_t* m) {
                                    m->body_entries.resize(49);
                                    m->num_body_entries = 49;
                                  }),
@@ -262,6 +278,40 @@ TEST(Codec, ImpossibleValuesAreRefusedByFieldAndPlace) {
   // The place: fingerprint (8 bytes) and header (56), and nothing before the field.
   EXPECT_EQ(WhyRefused<transform_t>(0, [](transform_t* m) { m->module_id = -1; }),
             "transform_t.module_id is out of range (byte 64)");
+}
+
+TEST(Codec, FieldsStandWhereTheLayoutSays) {
+  // By these two the kernel tells what a module need not be woken for.
+  for (const int8_t phase : {int8_t{0}, int8_t{1}, int8_t{2}}) {
+    morphbus::sim_clock_t clock = {};
+    clock.phase = phase;
+    std::vector<uint8_t> bytes;
+    Encode(clock, &bytes);
+    EXPECT_EQ(bytes[OffsetOf<morphbus::sim_clock_t>("phase")], phase);
+  }
+  for (const int16_t part : {int16_t{0}, int16_t{1}, int16_t{0x0203}}) {
+    morphbus::sensors_t sensors = {};
+    sensors.part = part;
+    sensors.num_parts = 0x0204;
+    std::vector<uint8_t> bytes;
+    Encode(sensors, &bytes);
+    EXPECT_EQ(PeekInteger<int16_t>(&bytes[OffsetOf<morphbus::sensors_t>("part")]), part);
+  }
+}
+
+TEST(Codec, SizesOfTheLayoutAreThoseOfTheEncoder) {
+  const morphbus::body_pose_t body = {};
+  EXPECT_EQ(static_cast<int>(LargestSize<morphbus::body_pose_t>()), body._getEncodedSizeNoHash());
+  const morphbus::contact_force_t contact = {};
+  EXPECT_EQ(static_cast<int>(LargestSize<morphbus::contact_force_t>()),
+            contact._getEncodedSizeNoHash());
+  morphbus::world_t world = {};
+  world.num_bodies = world.num_contacts = 0;
+  EXPECT_EQ(static_cast<int>(SizeWithoutArrays<morphbus::world_t>()), world.getEncodedSize());
+  morphbus::invocation_t invocation = {};
+  invocation.num_arguments = vm::kMaxArguments;
+  EXPECT_EQ(static_cast<int>(LargestSize<morphbus::invocation_t>()),
+            invocation._getEncodedSizeNoHash());
 }
 
 TEST(Codec, ATextWithANulInsideIsRefused) {

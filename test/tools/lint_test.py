@@ -14,9 +14,9 @@ GOOD_LCM = '''package morphbus;
 
 // A reading. Channel <RUN>/X; every tick; a -> b.
 struct reading_t {
-  // How far, metres.
+  // How far, metres. [finite]
   double distance_m;
-  // How many.
+  // How many. [0, 100]
   int16_t count;
 }
 '''
@@ -166,10 +166,14 @@ class LcmCommentsTest(Tree):
         self.assertEqual(self.run_lint('lcm_comments')[0], 0)
 
     def test_field_without_comment_is_rejected(self):
-        self.expect('  // How many.\n', '', 'count: no comment')
+        self.expect('  // How many. [0, 100]\n', '', 'count: no comment')
 
     def test_measure_without_unit_is_rejected(self):
         self.expect('How far, metres.', 'How far.', 'distance_m: the comment does not say the unit')
+
+    def test_number_without_range_is_rejected(self):
+        self.expect('How many. [0, 100]', 'How many.', 'reading_t.lcm:8: error: count: the comment says no range')
+        self.expect('How far, metres. [finite]', 'How far, metres.', 'distance_m: the comment does not say which numbers')
 
     def test_trailing_comment_is_rejected(self):
         self.expect('int16_t count;', 'int16_t count;  // so many', 'trails')
