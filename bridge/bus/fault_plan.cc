@@ -258,9 +258,10 @@ class Parser {
   [[nodiscard]] std::vector<std::string> Channels() const {
     if (modules_.empty()) return {};
     // As lcmtypes/README.md lists them; END stands in logs only.
-    std::vector<std::string> names = {"SIM/CLOCK",    "SIM/SENSORS",  "SIM/WORLD", "SIM/ADMIT",
-                                      "SIM/LEAVE",    "SIM/VERDICT",  "HELLO",     "TOTALS",
-                                      "SIM/PROGRESS", "LOG/PROGRESS", "INFO",      "CONTROL"};
+    std::vector<std::string> names = {"SIM/CLOCK", "SIM/SENSORS",  "SIM/WORLD",    "SIM/ADMIT",
+                                      "SIM/LEAVE", "SIM/VERDICT",  "SIM/ANSWER",   "HELLO",
+                                      "TOTALS",    "SIM/PROGRESS", "LOG/PROGRESS", "INFO",
+                                      "CONTROL"};
     for (const std::string& module : modules_) {
       for (const char* topic : {"/TRANSFORM", "/ACTUATOR", "/STATUS"}) {
         names.push_back(module + topic);

@@ -8,7 +8,6 @@
 #include <limits>
 #include <optional>
 
-#include "bridge/wire/codec.h"
 #include "bridge/wire/wire_limits.h"
 #include "compiler/base/quantity.h"
 #include "compiler/base/text.h"
@@ -17,9 +16,12 @@
 namespace morphbus::bridge {
 namespace {
 
-/// How answers begin, and the words for their states.
-constexpr std::string_view kAnswer = "answer ";
-constexpr std::string_view kStates[] = {"done", "later", "refused"};
+// What the numbers of commands may be. A direction has a length.
+constexpr int64_t kMostSteps = 1'000'000;
+constexpr double kSlowest = 0.001, kFastest = 1e6;  // At 0.001 a tick of 20 ms takes 20 s.
+constexpr double kLeastDirection = 1e-6, kMostDirection = 1e6;
+constexpr double kMostNewtons = 1e4, kMostPushSeconds = 1e4;
+constexpr double kMostAt = 1e9;
 
 /// The commands, in order of ControlKind.
 struct CommandRow {
@@ -138,10 +140,11 @@ Result<void> TakeDirection(const std::string& word, std::array<double, 3>* out) 
   // Else three numbers, which must not all be zero.
   const std::vector<std::string> numbers = SplitWords(word, ',');
   for (size_t i = 0; numbers.size() == 3 && i < 3; ++i) {
-    const Result<void> taken = TakeNumber("direction", numbers[i], -1e6, 1e6, &(*out)[i]);
+    const Result<void> taken =
+        TakeNumber("direction", numbers[i], -kMostDirection, kMostDirection, &(*out)[i]);
     if (!taken) return taken;
   }
-  if (std::hypot((*out)[0], (*out)[1], (*out)[2]) >= 1e-6) return {};
+  if (std::hypot((*out)[0], (*out)[1], (*out)[2]) >= kLeastDirection) return {};
   const std::string nearest = source::NearestName(upper, names);
   return Fail(fmt::format("direction: expected one of {}, or north,up,east as numbers, not '{}'{}",
                           fmt::join(names, ", "), word,
@@ -185,7 +188,7 @@ Result<void> TakeOptions(const CommandRow& row, std::vector<std::string>* words,
     } else if (row.takes_at && word == "--at") {
       if (i + 1 == words->size() || command->at)
         return Fail("--at: expected one time, such as 12.5 or 12.5s");
-      const Result<void> taken = TakeTime("--at", (*words)[i + 1], 1e9, &command->at.emplace());
+      const Result<void> taken = TakeTime("--at", (*words)[i + 1], kMostAt, &command->at.emplace());
       if (!taken) return taken;
       words->erase(at, at + 2);
     } else if (word.starts_with("--")) {
@@ -199,8 +202,7 @@ Result<void> TakeOptions(const CommandRow& row, std::vector<std::string>* words,
 
 /// Times real time, or 0.
 Result<void> TakeSpeed(const std::string& word, ControlCommand* command) {
-  constexpr double kSlowest = 0.001;  // A tick of 20 ms then takes 20 s.
-  const Result<void> taken = TakeNumber("speed", word, 0.0, 1e6, &command->speed);
+  const Result<void> taken = TakeNumber("speed", word, 0.0, kFastest, &command->speed);
   if (!taken || command->speed == 0 || command->speed >= kSlowest) return taken;
   return Fail(fmt::format("speed: expected 0 or at least {}, not '{}'", kSlowest, word));
 }
@@ -209,9 +211,9 @@ Result<void> TakeSpeed(const std::string& word, ControlCommand* command) {
 Result<void> TakePush(const std::vector<std::string>& words, ControlCommand* command) {
   Result<void> taken = TakePart(words[1], false, &command->part);
   if (taken) taken = TakeDirection(words[2], &command->direction_W);
-  if (taken) taken = TakeNumber("NEWTON", words[3], 0.0, 1e4, &command->newtons);
+  if (taken) taken = TakeNumber("NEWTON", words[3], 0.0, kMostNewtons, &command->newtons);
   if (taken && words.size() > 4) {
-    taken = TakeTime("SECONDS", words[4], 1e4, &command->seconds);
+    taken = TakeTime("SECONDS", words[4], kMostPushSeconds, &command->seconds);
   }
   return taken;
 }
@@ -253,7 +255,7 @@ Result<void> TakeWords(const std::vector<std::string>& words, ControlCommand* co
       return {};
     case ControlKind::kStep:
       if (words.size() == 1) return {};
-      return TakeNumber<int64_t>("step", words[1], 1, 1'000'000, &command->steps);
+      return TakeNumber<int64_t>("step", words[1], 1, kMostSteps, &command->steps);
     case ControlKind::kSpeed:
       return TakeSpeed(words[1], command);
     case ControlKind::kPush:
@@ -282,7 +284,110 @@ Result<void> TakeWords(const std::vector<std::string>& words, ControlCommand* co
   return Fail("no such command");
 }
 
+/// Whether it stands in a text as one word that is no option.
+bool IsWord(const std::string& text) {
+  return !text.empty() && text.find(' ') == std::string::npos && !text.starts_with("--") &&
+         EscapeControl(text) == text;
+}
+
+Result<void> CheckWord(const char* what, const std::string& text) {
+  if (IsWord(text)) return {};
+  return Fail(fmt::format("expected {} as one word, not '{}'", what, EscapeControl(text)));
+}
+
+/// A module's name, which ends at the first dot.
+Result<void> CheckModule(const std::string& name) {
+  if (name.find('.') != std::string::npos) return Fail("expected MODULE, not '" + name + "'");
+  return CheckWord("MODULE", name);
+}
+
+/// A module, and a part of it where there is one, or must be.
+Result<void> CheckPart(const ControlPart& part, bool wanted) {
+  Result<void> sound = CheckModule(part.module);
+  if (sound && (wanted || !part.part.empty())) sound = CheckWord("a part of it", part.part);
+  return sound;
+}
+
+/// A number from `least` to `most`; not one that is none.
+template <class Number>
+Result<void> CheckNumber(const char* what, Number number, Number least, Number most) {
+  if (number >= least && number <= most) return {};
+  return Fail(fmt::format("{}: expected a number, {} to {}, not {}", what, least, most, number));
+}
+
+Result<void> CheckPush(const ControlCommand& command) {
+  Result<void> sound = CheckPart(command.part, false);
+  const std::array<double, 3>& d_W = command.direction_W;
+  for (const double x : d_W) {
+    if (sound) sound = CheckNumber("direction", x, -kMostDirection, kMostDirection);
+  }
+  if (sound && !(std::hypot(d_W[0], d_W[1], d_W[2]) >= kLeastDirection)) {
+    return Fail("direction: it has no length");
+  }
+  if (sound) sound = CheckNumber("NEWTON", command.newtons, 0.0, kMostNewtons);
+  if (sound) sound = CheckNumber("SECONDS", command.seconds, 0.0, kMostPushSeconds);
+  return sound;
+}
+
+Result<void> CheckDeploy(const ControlCommand& command) {
+  Result<void> sound = CheckWord("a path", command.program);
+  if (sound && command.program.find('#') != std::string::npos) {
+    return Fail("deploy: a path must not hold '#': " + command.program);
+  }
+  if (sound && !command.to.empty()) sound = CheckWord("--to's module", command.to);
+  if (sound && command.at) sound = CheckNumber("--at", *command.at, 0.0, kMostAt);
+  return sound;
+}
+
+Result<void> CheckInvoke(const ControlCommand& command) {
+  Result<void> sound = CheckWord("Role.command", command.role + "." + command.routine);
+  if (command.role.empty() || command.routine.empty() ||
+      command.role.find('.') != std::string::npos) {
+    return Fail("invoke: expected Role.command");
+  }
+  // The first word is the command.
+  if (command.arguments.size() >= kAnyNumber) return Fail("invoke: too many arguments");
+  for (const std::string& argument : command.arguments) {
+    if (sound) sound = CheckWord("an argument", argument);
+  }
+  if (sound && !command.to.empty()) sound = CheckWord("--to's module", command.to);
+  return sound;
+}
+
 }  // namespace
+
+Result<void> CheckControl(const ControlCommand& command) {
+  switch (command.kind) {
+    case ControlKind::kPause:
+    case ControlKind::kResume:
+    case ControlKind::kStop:
+      return {};
+    case ControlKind::kStep:
+      return CheckNumber("step", command.steps, int64_t{1}, kMostSteps);
+    case ControlKind::kSpeed:
+      if (command.speed == 0) return {};
+      return CheckNumber("speed", command.speed, kSlowest, kFastest);
+    case ControlKind::kPush:
+      return CheckPush(command);
+    case ControlKind::kInspect:
+      if (command.part.module.empty()) return {};
+      [[fallthrough]];
+    case ControlKind::kKill:
+    case ControlKind::kRestart:
+    case ControlKind::kLose:
+      return CheckModule(command.part.module);
+    case ControlKind::kConnect:
+      if (Result<void> sound = CheckPart(command.mate, true); !sound) return sound;
+      [[fallthrough]];
+    case ControlKind::kDisconnect:
+      return CheckPart(command.part, true);
+    case ControlKind::kDeploy:
+      return CheckDeploy(command);
+    case ControlKind::kInvoke:
+      return CheckInvoke(command);
+  }
+  return Fail("no such command");
+}
 
 Result<ControlCommand> ParseControl(std::string_view text) {
   if (text.size() > kLongestText) {
@@ -313,6 +418,7 @@ Result<ControlCommand> ParseControl(std::string_view text) {
     return Fail(fmt::format("expected: {}{}", row->name, row->usage));
   }
   if (Result<void> r = TakeWords(words, &command); !r) return Fail(r.error().message);
+  if (Result<void> r = CheckControl(command); !r) return Fail(r.error().message);
   return command;
 }
 
@@ -346,40 +452,6 @@ std::vector<std::string> ControlUsages() {
   std::vector<std::string> usages;
   for (const CommandRow& row : kCommands) usages.push_back(std::string(row.name) + row.usage);
   return usages;
-}
-
-std::string AnswerText(const ControlAnswer& answer) {
-  const std::string text =
-      fmt::format("{}{} {} {}", kAnswer, answer.counter, kStates[static_cast<size_t>(answer.state)],
-                  answer.state == ControlAnswer::State::kRefused
-                      ? fmt::format("{} {}", answer.status, answer.reason)
-                      : fmt::format("{} {}", answer.tick, answer.effect));
-  return CutText(text, kLongestText);
-}
-
-bool IsAnswer(std::string_view text) { return text.starts_with(kAnswer); }
-
-Result<ControlAnswer> ParseAnswer(std::string_view text) {
-  const std::vector<std::string> words = SplitWords(text, ' ');
-  if (!IsAnswer(text) || words.size() < 4) return Fail("no answer");
-  ControlAnswer answer;
-  const auto state = std::find(std::begin(kStates), std::end(kStates), words[2]);
-  const std::optional<int64_t> counter = ToNumber<int64_t>(words[1]);
-  const std::optional<int64_t> number = ToNumber<int64_t>(words[3]);
-  if (!counter || !number || state == std::end(kStates)) return Fail("no answer");
-  answer.counter = *counter;
-  answer.state = static_cast<ControlAnswer::State>(state - std::begin(kStates));
-  // After the number comes a text up to the end: why it was refused, or what is done.
-  const std::string head = fmt::format("{}{} {} {} ", kAnswer, words[1], words[2], words[3]);
-  const std::string rest(text.starts_with(head) ? text.substr(head.size()) : "");
-  if (answer.state != ControlAnswer::State::kRefused) {
-    answer.tick = *number;
-    answer.effect = rest;
-    return answer;
-  }
-  answer.status = static_cast<int>(std::clamp<int64_t>(*number, 1, 3));
-  answer.reason = rest;
-  return answer;
 }
 
 }  // namespace morphbus::bridge

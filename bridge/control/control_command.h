@@ -1,6 +1,6 @@
 #pragma once
-// Commands to a running robot as text: what `morphbus control` takes, what CONTROL and CLOCK carry,
-// and what `run --commands` reads are one language.
+// Commands to a running robot, and as text: what `morphbus control` takes, what CLOCK carries, and
+// what `run --commands` reads are one language.
 
 #include <array>
 #include <cstdint>
@@ -13,7 +13,8 @@
 
 namespace morphbus::bridge {
 
-/// What a command does; the texts are in the same order in control_command.cc.
+/// What a command does, by the numbers of control_t; the texts are in the same order in
+/// control_command.cc.
 enum class ControlKind : uint8_t {
   // The run as a whole: it holds between two ticks, goes on, runs some ticks, changes its pace,
   // ends.
@@ -77,6 +78,11 @@ struct ControlCommand {
 /// or suggests the nearest command.
 Result<ControlCommand> ParseControl(std::string_view text);
 
+/// Fails, in a sentence, unless ParseControl could have read this command: its numbers are in their
+/// ranges, and its names are words that stand in a text as what they are. For commands that came
+/// otherwise than as text.
+Result<void> CheckControl(const ControlCommand& command);
+
 /// The command as text: equal commands are equal texts, which ParseControl reads back. Numbers have
 /// the shortest form that gives the same number, so that a run that is repeated is the same run.
 std::string ControlText(const ControlCommand& command);
@@ -84,27 +90,24 @@ std::string ControlText(const ControlCommand& command);
 /// How to write each command, for the help.
 std::vector<std::string> ControlUsages();
 
-/// What the sim says of a command.
+/// What the sim says of a command, by the numbers of control_answer_t.
 struct ControlAnswer {
-  enum class State : uint8_t { kDone, kLater, kRefused };
+  enum class State : uint8_t { kDone, kLater, kRefused, kOvertaken };
   /// That of the command which is answered.
   int64_t counter = 0;
   /// kDone: it takes effect at `tick`, which CLOCK names. kLater: it will once the run gets there,
-  /// which holds still now. kRefused: nothing happens, for `reason`.
+  /// which holds still now. kRefused: nothing happens, for `reason`. kOvertaken: nothing happens,
+  /// for a later command came first; it may be given again.
   State state = State::kRefused;
   /// kDone and kLater: the tick.
   int64_t tick = 0;
   int status = 0;      ///< kRefused: exit status for who gave the command.
   std::string reason;  ///< kRefused: a sentence for people.
-  /// kDone and kLater: the command as CLOCK names it, which for a deployment says when all modules
-  /// go over to it, whoever chose the time.
-  std::string effect = {};
+  /// The command as CLOCK names it; for people, to whom it is shown as it is.
+  std::string command;
+  /// kDone and kLater, of a deployment: sim time, seconds, at which all modules go over to it,
+  /// also where the run chose it.
+  std::optional<double> at;
 };
-
-/// An answer as the text of a control_t, cut to what a message holds. No command begins so.
-std::string AnswerText(const ControlAnswer& answer);
-/// Whether the text is that of an answer, and the answer; fails if it cannot be read.
-bool IsAnswer(std::string_view text);
-Result<ControlAnswer> ParseAnswer(std::string_view text);
 
 }  // namespace morphbus::bridge

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/admit_t.hpp>
+#include <morphbus/control_answer_t.hpp>
 #include <morphbus/control_t.hpp>
 #include <morphbus/health_t.hpp>
 #include <morphbus/hello_t.hpp>
@@ -55,6 +56,8 @@ Result<void> CheckOther(Topic topic, const uint8_t* data, size_t size) {
       return Check<morphbus::hello_t>(data, size, {});
     case Topic::kControl:
       return Check<morphbus::control_t>(data, size, {});
+    case Topic::kAnswer:
+      return Check<morphbus::control_answer_t>(data, size, {});
     case Topic::kInfo:
       return Check<morphbus::info_part_t>(data, size, {});
     default:

@@ -1,7 +1,6 @@
 #include "bridge/observe/run_clock.h"
 
-#include "bridge/control/control_command.h"
-#include "bridge/wire/channels.h"
+#include "bridge/observe/clock_commands.h"
 
 namespace morphbus::bridge {
 
@@ -14,16 +13,13 @@ void RunClock::Take(const morphbus::sim_clock_t& clock) {
   ended_ = clock.phase == morphbus::sim_clock_t::PHASE_END;
   end_reason_ = clock.end_reason;
   // Of the commands that took effect, these last.
-  for (const std::string& text : clock.controls) {
-    const Result<ControlCommand> command = ParseControl(text);
-    if (!command) continue;
+  for (const ControlCommand& command : CommandsIn(clock)) {
     // A step holds the run when it is done, whether it was paused before or not.
-    if (command->kind == ControlKind::kPause) paused_ = true;
-    if (command->kind == ControlKind::kStep) paused_ = true;
-    if (command->kind == ControlKind::kResume) paused_ = false;
-    if (command->kind == ControlKind::kSpeed) speed_ = command->speed;
-    const std::string_view lost = LostModule(text);
-    if (!lost.empty()) lost_.emplace(lost);
+    if (command.kind == ControlKind::kPause) paused_ = true;
+    if (command.kind == ControlKind::kStep) paused_ = true;
+    if (command.kind == ControlKind::kResume) paused_ = false;
+    if (command.kind == ControlKind::kSpeed) speed_ = command.speed;
+    if (command.kind == ControlKind::kLose) lost_.insert(command.part.module);
   }
 }
 

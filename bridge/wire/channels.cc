@@ -19,7 +19,7 @@ struct TopicRow {
 using Owner = TopicRow::Owner;
 
 // In the order of Topic, which is their index.
-constexpr std::array<TopicRow, 19> kTopics = {{
+constexpr std::array<TopicRow, 20> kTopics = {{
     {Topic::kClock, "CLOCK", Owner::kSim, true},
     {Topic::kSensors, "SENSORS", Owner::kSim, true},
     {Topic::kWorld, "WORLD", Owner::kSim, true},
@@ -31,6 +31,7 @@ constexpr std::array<TopicRow, 19> kTopics = {{
     {Topic::kAdmit, "ADMIT", Owner::kSim},
     {Topic::kLeave, "LEAVE", Owner::kSim},
     {Topic::kVerdict, "VERDICT", Owner::kSim},
+    {Topic::kAnswer, "ANSWER", Owner::kSim},
     {Topic::kProgress, "PROGRESS", Owner::kSimAndLog},
     {Topic::kBatch, "BATCH", Owner::kLog},
     {Topic::kHello, "HELLO", Owner::kRun, false, true},

@@ -76,17 +76,18 @@ Result<void> DecodeHeader(const uint8_t* data, size_t size, morphbus::header_t* 
 
 uint64_t WireHash() {
   // Every type that travels, and the rules that fingerprints do not show.
-  const std::array<int64_t, 20> parts = {
-      morphbus::header_t::PROTOCOL,        morphbus::sim_clock_t::getHash(),
-      morphbus::sensors_t::getHash(),      morphbus::world_t::getHash(),
-      morphbus::transform_t::getHash(),    morphbus::actuator_t::getHash(),
-      morphbus::status_t::getHash(),       morphbus::hello_t::getHash(),
-      morphbus::resend_t::getHash(),       morphbus::health_t::getHash(),
-      morphbus::info_part_t::getHash(),    morphbus::control_t::getHash(),
-      morphbus::log_end_t::getHash(),      morphbus::progress_t::getHash(),
-      morphbus::totals_t::getHash(),       morphbus::verdict_t::getHash(),
-      morphbus::leave_t::getHash(),        morphbus::admit_t::getHash(),
-      morphbus::replay_batch_t::getHash(), morphbus::replay_follow_t::getHash()};
+  const std::array<int64_t, 21> parts = {
+      morphbus::header_t::PROTOCOL,         morphbus::sim_clock_t::getHash(),
+      morphbus::sensors_t::getHash(),       morphbus::world_t::getHash(),
+      morphbus::transform_t::getHash(),     morphbus::actuator_t::getHash(),
+      morphbus::status_t::getHash(),        morphbus::hello_t::getHash(),
+      morphbus::resend_t::getHash(),        morphbus::health_t::getHash(),
+      morphbus::info_part_t::getHash(),     morphbus::control_t::getHash(),
+      morphbus::log_end_t::getHash(),       morphbus::progress_t::getHash(),
+      morphbus::totals_t::getHash(),        morphbus::verdict_t::getHash(),
+      morphbus::leave_t::getHash(),         morphbus::admit_t::getHash(),
+      morphbus::replay_batch_t::getHash(),  morphbus::replay_follow_t::getHash(),
+      morphbus::control_answer_t::getHash()};
   uint64_t hash = 0;
   for (const int64_t part : parts) {
     // FNV-1a over whole words: order matters, and any change shows.

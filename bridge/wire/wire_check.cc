@@ -44,6 +44,7 @@ template Result<void> CheckWire<morphbus::hello_t>(const uint8_t*, size_t);
 template Result<void> CheckWire<morphbus::health_t>(const uint8_t*, size_t);
 template Result<void> CheckWire<morphbus::info_part_t>(const uint8_t*, size_t);
 template Result<void> CheckWire<morphbus::control_t>(const uint8_t*, size_t);
+template Result<void> CheckWire<morphbus::control_answer_t>(const uint8_t*, size_t);
 template Result<void> CheckWire<morphbus::log_end_t>(const uint8_t*, size_t);
 
 }  // namespace morphbus::bridge

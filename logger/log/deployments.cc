@@ -49,20 +49,24 @@ void ProgramChanges::Take(std::string_view module, int64_t tick, uint64_t progra
   if (!same && m.changes.size() < kMaxChanges) m.changes.push_back({tick, program_hash});
 }
 
-std::vector<DeploymentFact> ProgramChanges::Deployments(
-    const std::multimap<int64_t, std::string>& commands, int32_t tick_us) const {
+void ProgramChanges::TakeDeployment(int64_t tick, const bridge::ControlCommand& command) {
+  Deployment deployment;
+  deployment.fact.tick = tick;
+  deployment.fact.program = command.program;
+  deployment.fact.program_hash = command.program_hash;
+  deployment.fact.to = command.to;
+  deployment.at = command.at;
+  deployments_.emplace(tick, std::move(deployment));
+}
+
+std::vector<DeploymentFact> ProgramChanges::Deployments(int32_t tick_us) const {
   std::vector<DeploymentFact> deployments;
-  // The deployments among the commands, as CLOCK named them.
-  for (const auto& [tick, text] : commands) {
-    const Result<bridge::ControlCommand> command = bridge::ParseControl(text);
-    if (!command || command->kind != bridge::ControlKind::kDeploy) continue;
-    DeploymentFact& fact = deployments.emplace_back();
-    fact.tick = tick;
-    fact.program = command->program;
-    fact.program_hash = command->program_hash;
-    fact.to = command->to;
+  for (const auto& [tick, deployment] : deployments_) {
+    DeploymentFact& fact = deployments.emplace_back(deployment.fact);
     // "at" is a sim time in seconds; modules switch in the tick of that time.
-    if (command->at && tick_us > 0) fact.switch_tick = std::llround(*command->at * 1e6 / tick_us);
+    if (deployment.at && tick_us > 0) {
+      fact.switch_tick = std::llround(*deployment.at * 1e6 / tick_us);
+    }
   }
   for (size_t i = 0; i < deployments.size(); ++i) {
     DeploymentFact& fact = deployments[i];

@@ -11,6 +11,10 @@
 
 #include "logger/log/tilt_track.h"
 
+namespace morphbus::bridge {
+struct ControlCommand;
+}
+
 namespace morphbus::logger {
 
 /// One `deploy` of the run.
@@ -41,10 +45,11 @@ class ProgramChanges {
   /// A module's message of a tick, always of the same topic, with the hash of the program in its
   /// header. Those of earlier ticks than one taken before tell nothing new.
   void Take(std::string_view module, int64_t tick, uint64_t program_hash);
-  /// The deployments among the commands that CLOCK named, in their order. `tick_us` is the length
-  /// of a tick, by which their times become ticks.
-  [[nodiscard]] std::vector<DeploymentFact> Deployments(
-      const std::multimap<int64_t, std::string>& commands, int32_t tick_us) const;
+  /// A deployment that CLOCK of a tick names.
+  void TakeDeployment(int64_t tick, const bridge::ControlCommand& command);
+  /// The deployments, in order of their ticks. `tick_us` is the length of a tick, by which their
+  /// times become ticks.
+  [[nodiscard]] std::vector<DeploymentFact> Deployments(int32_t tick_us) const;
   /// The first program that a module named which is neither `own`, the one that the run began with,
   /// nor one of `deployments` (in its tick or later): a sentence with the module and the tick.
   /// Empty if there is none.
@@ -63,6 +68,12 @@ class ProgramChanges {
     std::vector<Change> changes;
   };
   std::map<std::string, Module, std::less<>> modules_;
+  /// A deployment, and the sim time that it names, seconds.
+  struct Deployment {
+    DeploymentFact fact;
+    std::optional<double> at;
+  };
+  std::multimap<int64_t, Deployment> deployments_;  ///< By the tick of CLOCK.
 };
 
 /// Completes deployments by how far the robot was tilted after each.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "bridge/observe/clock_commands.h"
 #include "bridge/wire/channels.h"
 
 namespace morphbus::logger {
@@ -21,9 +22,9 @@ void PromisedMessages::TakeClock(const morphbus::sim_clock_t& clock) {
   sensors_parts_ = clock.num_sensors_parts;
   world_parts_ = clock.num_world_parts;
   tick_us_ = clock.tick_us;
-  for (const std::string& control : clock.controls) {
-    const std::string_view lost = bridge::LostModule(control);
-    if (!lost.empty()) lost_.emplace(lost, clock.header.tick);
+  for (const bridge::ControlCommand& command : bridge::CommandsIn(clock)) {
+    if (command.kind != bridge::ControlKind::kLose) continue;
+    lost_.emplace(command.part.module, clock.header.tick);
   }
   // The CLOCK that ends a run carries the tick after the last one.
   if (clock.phase == morphbus::sim_clock_t::PHASE_END) {

@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "bridge/observe/clock_commands.h"
 #include "bridge/observe/run_message.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
@@ -87,7 +88,7 @@ class Loader : private bridge::RunMessageHandler {
     if (facts_.mode == "realtime") facts_.ticks = std::max(facts_.ticks, facts_.end_tick);
     facts_.seconds = static_cast<double>(facts_.ticks) * facts_.tick_us * 1e-6;
     log_.tick_us = facts_.tick_us;
-    facts_.deployments = programs_.Deployments(facts_.commands, facts_.tick_us);
+    facts_.deployments = programs_.Deployments(facts_.tick_us);
     AddTilts(tilts_, facts_.tick_us, &facts_.deployments);
     facts_.VerifyEnd(end_seen_);
     // A recording that began too late has no description of its own.
@@ -204,14 +205,18 @@ class Loader : private bridge::RunMessageHandler {
     facts_.tick_us = clock.tick_us;
     promised_.TakeClock(clock);
     const int64_t time_us = clock.header.sim_time_us;
-    for (std::string& command : clock.controls) {
-      const std::string_view lost = bridge::LostModule(command);
-      if (!lost.empty()) {
-        facts_.lost_modules.emplace(lost, time_us);
-        dockings_.Lose(std::string(lost), time_us);
+    for (const bridge::ControlCommand& command : bridge::CommandsIn(clock)) {
+      if (command.kind == bridge::ControlKind::kLose) {
+        facts_.lost_modules.emplace(command.part.module, time_us);
+        dockings_.Lose(command.part.module, time_us);
       }
       // After a new program it counts how the robot stands.
-      if (command.starts_with("deploy ")) tilts_.KeepOn();
+      if (command.kind != bridge::ControlKind::kDeploy) continue;
+      tilts_.KeepOn();
+      programs_.TakeDeployment(clock.header.tick, command);
+    }
+    // As text all are kept, also those of a later version.
+    for (std::string& command : clock.controls) {
       facts_.commands.emplace(clock.header.tick, std::move(command));
     }
     if (clock.phase != morphbus::sim_clock_t::PHASE_END) {

@@ -1,21 +1,26 @@
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <morphbus/control_answer_t.hpp>
 #include <morphbus/control_t.hpp>
+#include <optional>
 #include <vector>
 
 #include "bridge/bus/inproc_bus.h"
 #include "bridge/control/control_service.h"
 #include "bridge/wire/channels.h"
+#include "bridge/wire/codec.h"
 #include "bridge/wire/sealed_bus.h"
 
 namespace morphbus::bridge {
 namespace {
 
-using Kind = CommandFilter::Kind;
+using State = ControlAnswer::State;
 
 constexpr uint64_t kModel = 42;
 const Sender kSim = {"walk", "SIM", kModel, 0};
 const Sender kTool = {"walk", "TOOL", kModel, 0};
+const std::string kControlChannel = "walk/CONTROL", kAnswerChannel = "walk/SIM/ANSWER";
 
 /// A key of which each byte is `byte`.
 RunKey KeyOf(uint8_t byte) {
@@ -103,67 +108,158 @@ TEST(ControlCommandTest, ErrorsSayWhatWasExpected) {
   EXPECT_NE(ErrorOf(std::string(300, 'x')), "");
 }
 
-TEST(ControlCommandTest, AnswersAreReadBackAsTheyWere) {
-  for (const ControlAnswer& answer :
-       {ControlAnswer{7, ControlAnswer::State::kDone, 412, 0, ""},
-        ControlAnswer{8, ControlAnswer::State::kLater, 413, 0, "", "deploy x.dyn --at 9.5"},
-        ControlAnswer{9, ControlAnswer::State::kRefused, 0, 2, "no module 'm55' here"}}) {
-    const std::string text = AnswerText(answer);
-    EXPECT_TRUE(IsAnswer(text));
-    EXPECT_FALSE(ParseControl(text)) << "an answer must be no command";
-    const Result<ControlAnswer> read = ParseAnswer(text);
-    ASSERT_TRUE(read);
-    EXPECT_EQ(AnswerText(*read), text);
-    EXPECT_EQ(read->reason, answer.reason);
-    EXPECT_EQ(read->effect, answer.effect);
-  }
-  EXPECT_FALSE(ParseAnswer("answer x done 1"));
-  EXPECT_FALSE(ParseAnswer("answer 1 perhaps 1"));
+/// Commands of every kind, as people write them.
+constexpr const char* kCommands[] = {"pause",
+                                     "resume",
+                                     "step 5",
+                                     "speed 0.5",
+                                     "speed 0",
+                                     "stop",
+                                     "push m5 EAST 2",
+                                     "push m5.active_block 0.1,-2,3e-05 2.5 0.3",
+                                     "kill m2",
+                                     "restart m2",
+                                     "restart m2 --cold",
+                                     "lose m3",
+                                     "inspect",
+                                     "inspect m5",
+                                     "connect m1.c2 m2.c5",
+                                     "disconnect m2.c3",
+                                     "deploy models/x.dyn",
+                                     "deploy x.dyn 0123456789abcdef --to m5",
+                                     "deploy x.dyn --at 12.5",
+                                     "deploy x.dyn fedcba9876543210 --to m5 --at 11.2",
+                                     "invoke Leg.turn 3 -0.5 $NORTH true --to m5"};
+
+/// A command as it goes over the bus.
+std::vector<uint8_t> BytesOf(const ControlCommand& command, int64_t counter) {
+  morphbus::control_t message = MessageOf(command, counter);
+  message.header = {};
+  message.header.protocol = morphbus::header_t::PROTOCOL;
+  std::vector<uint8_t> bytes;
+  Encode(message, &bytes);
+  return bytes;
 }
 
-/// A command with this counter, as its sender gives it for the first time, the second, …
-morphbus::control_t MessageOf(int64_t counter, const std::string& command, int64_t sequence = 0) {
-  morphbus::control_t message;
-  message.header.sequence = sequence;
-  message.counter = counter;
-  message.command = command;
-  return message;
+TEST(ControlMessageTest, CarriesEveryCommandWhole) {
+  for (const char* text : kCommands) {
+    const std::vector<uint8_t> bytes = BytesOf(*ParseControl(text), 7);
+    morphbus::control_t read;
+    const Result<void> decoded = Decode(bytes.data(), bytes.size(), {}, &read);
+    ASSERT_TRUE(decoded) << text << ": " << decoded.error().message;
+    const Result<ControlCommand> command = CommandOf(read);
+    ASSERT_TRUE(command) << text << ": " << command.error().message;
+    EXPECT_EQ(ControlText(*command), text);
+    EXPECT_EQ(read.counter, 7);
+  }
 }
+
+TEST(ControlMessageTest, AWordOf200BytesFitsWhereverItStands) {
+  const std::string word(180, 'w');
+  for (const std::string& text :
+       {"kill " + word, "push m1." + word + " EAST 1", "connect m1.c1 " + word + ".c",
+        "deploy " + word, "deploy x --to " + word, "invoke A." + word, "invoke A.b " + word}) {
+    const Result<ControlCommand> command = ParseControl(text);
+    ASSERT_TRUE(command) << text;
+    const std::vector<uint8_t> bytes = BytesOf(*command, 1);
+    EXPECT_TRUE(Check<morphbus::control_t>(bytes.data(), bytes.size(), {})) << text;
+  }
+  std::string many = "invoke A.b";
+  for (int i = 0; i < 63; ++i) many += " 1";
+  const std::vector<uint8_t> bytes = BytesOf(*ParseControl(many), 1);
+  EXPECT_TRUE(Check<morphbus::control_t>(bytes.data(), bytes.size(), {}));
+}
+
+TEST(ControlMessageTest, OnlyTheFieldsOfItsKindMeanSomething) {
+  // As a sender might who uses one message for all of its commands.
+  morphbus::control_t message = MessageOf(*ParseControl("invoke Leg.turn 3 --to m5"), 1);
+  const morphbus::control_t pushed = MessageOf(*ParseControl("push m5.c1 EAST 2"), 1);
+  message.module_name = pushed.module_name;
+  message.part_name = pushed.part_name;
+  message.direction[2] = pushed.direction[2];
+  message.force_n = pushed.force_n;
+  message.kind = morphbus::control_t::KIND_PAUSE;
+  EXPECT_EQ(ControlText(*CommandOf(message)), "pause");
+  message.kind = morphbus::control_t::KIND_LOSE;
+  EXPECT_EQ(ControlText(*CommandOf(message)), "lose m5");
+  message.kind = morphbus::control_t::KIND_PUSH;
+  EXPECT_EQ(ControlText(*CommandOf(message)), "push m5.c1 EAST 2");
+}
+
+/// Why a message is no command; empty if it is one.
+std::string WhyNone(const morphbus::control_t& message) {
+  const Result<ControlCommand> command = CommandOf(message);
+  return command ? "" : command.error().message;
+}
+
+TEST(ControlMessageTest, NumbersOutOfRangeAndWordsThatNoTextHasAreRefused) {
+  morphbus::control_t step = MessageOf(*ParseControl("step"), 1);
+  step.num_steps = 0;
+  EXPECT_EQ(WhyNone(step), "step: expected a number, 1 to 1000000, not 0");
+  morphbus::control_t speed = MessageOf(*ParseControl("speed 1"), 1);
+  for (const double value : {-1.0, 1e-9, 2e6}) {
+    speed.speed = value;
+    EXPECT_NE(WhyNone(speed), "") << value;
+  }
+  const morphbus::control_t push = MessageOf(*ParseControl("push m5 EAST 2"), 1);
+  const auto with = [](morphbus::control_t message, auto change) {
+    change(&message);
+    return WhyNone(message);
+  };
+  using M = morphbus::control_t*;
+  EXPECT_EQ(with(push, [](M m) { m->direction[2] = 0; }), "direction: it has no length");
+  EXPECT_NE(with(push, [](M m) { m->direction[2] = 1e7; }), "");
+  EXPECT_NE(with(push, [](M m) { m->force_n = 1e5; }), "");
+  EXPECT_NE(with(push, [](M m) { m->duration_s = -1; }), "");
+  // CLOCK names the command as text, which must say the same.
+  EXPECT_EQ(with(push, [](M m) { m->module_name = "m5.c1"; }), "expected MODULE, not 'm5.c1'");
+  EXPECT_NE(with(push, [](M m) { m->module_name = ""; }), "");
+  EXPECT_NE(with(push, [](M m) { m->part_name = "a b"; }), "");
+  EXPECT_NE(with(push, [](M m) { m->part_name = "a\nb"; }), "");
+  const morphbus::control_t deploy = MessageOf(*ParseControl("deploy x.dyn 1"), 1);
+  EXPECT_NE(with(deploy, [](M m) { m->program_path = "my x.dyn"; }), "");
+  EXPECT_NE(with(deploy, [](M m) { m->program_path = "--to"; }), "");
+  EXPECT_NE(with(deploy, [](M m) { m->program_path = "x#y"; }), "");
+  EXPECT_NE(with(deploy, [](M m) { m->has_time = 1, m->time_s = -1; }), "");
+  const morphbus::control_t invoke = MessageOf(*ParseControl("invoke A.b 1"), 1);
+  EXPECT_NE(with(invoke, [](M m) { m->role_name = "A.b"; }), "");
+  EXPECT_NE(with(invoke, [](M m) { m->routine_name = ""; }), "");
+  EXPECT_NE(with(invoke, [](M m) { m->arguments[0] = "--to"; }), "");
+  const morphbus::control_t connect = MessageOf(*ParseControl("connect m1.c1 m2.c2"), 1);
+  EXPECT_NE(with(connect, [](M m) { m->mate_part_name = ""; }), "");
+}
+
+using Kind = CommandFilter::Kind;
 
 TEST(CommandFilterTest, ACommandIsTakenOnceAndNoneAfterALaterOne) {
   Ledger ledger;
   CommandFilter filter(&ledger);
-  EXPECT_EQ(filter.Take(MessageOf(100, "pause")), Kind::kNew);
-  EXPECT_EQ(filter.Take(MessageOf(100, "pause", 1)), Kind::kAgain);
-  EXPECT_EQ(filter.Take(MessageOf(95, "pause")), Kind::kOvertaken);
-  EXPECT_EQ(filter.Take(MessageOf(102, "answer 1 done 1")), Kind::kAnswer);
-  EXPECT_EQ(filter.Take(MessageOf(101, "resume")), Kind::kNew);
+  EXPECT_EQ(filter.Take(100, 0), Kind::kNew);
+  EXPECT_EQ(filter.Take(100, 1), Kind::kAgain);
+  EXPECT_EQ(filter.Take(95, 0), Kind::kOvertaken);
+  EXPECT_EQ(filter.Take(101, 0), Kind::kNew);
   EXPECT_EQ(ledger.old_commands, 2);
 }
 
 TEST(CommandFilterTest, WhatIsSaidAgainUnderItsNumberIsNoRequestForAnAnswer) {
   Ledger ledger;
   CommandFilter filter(&ledger);
-  EXPECT_EQ(filter.Take(MessageOf(100, "pause")), Kind::kNew);
-  EXPECT_EQ(filter.Take(MessageOf(100, "pause", 1)), Kind::kAgain);
-  EXPECT_EQ(filter.Take(MessageOf(90, "resume")), Kind::kOvertaken);
-  for (const int64_t number : {0, 1, 0}) {
-    EXPECT_EQ(filter.Take(MessageOf(100, "pause", number)), Kind::kRepeat);
-  }
-  EXPECT_EQ(filter.Take(MessageOf(90, "resume")), Kind::kRepeat);
-  EXPECT_EQ(filter.Take(MessageOf(90, "resume", 1)), Kind::kOvertaken);
+  EXPECT_EQ(filter.Take(100, 0), Kind::kNew);
+  EXPECT_EQ(filter.Take(100, 1), Kind::kAgain);
+  EXPECT_EQ(filter.Take(90, 0), Kind::kOvertaken);
+  for (const int64_t number : {0, 1, 0}) EXPECT_EQ(filter.Take(100, number), Kind::kRepeat);
+  EXPECT_EQ(filter.Take(90, 0), Kind::kRepeat);
+  EXPECT_EQ(filter.Take(90, 1), Kind::kOvertaken);
   // What is older than everything that is remembered was answered long ago.
-  for (int i = 101; i <= 3000; ++i) filter.Take(MessageOf(i, "step 1"));
-  for (int i = 1; i <= 1500; ++i) {
-    EXPECT_EQ(filter.Take(MessageOf(i, "step 1", 7)), Kind::kRepeat);
-  }
+  for (int i = 101; i <= 3000; ++i) filter.Take(i, 0);
+  for (int i = 1; i <= 1500; ++i) EXPECT_EQ(filter.Take(i, 7), Kind::kRepeat);
 }
 
 TEST(CommandFilterTest, NoneOfAThousandOldCommandsIsTakenAgain) {
   Ledger ledger;
   CommandFilter filter(&ledger);
-  for (int i = 1; i <= 3000; ++i) ASSERT_EQ(filter.Take(MessageOf(i, "step 1")), Kind::kNew);
-  for (int i = 1; i <= 3000; ++i) ASSERT_NE(filter.Take(MessageOf(i, "step 1")), Kind::kNew);
+  for (int i = 1; i <= 3000; ++i) ASSERT_EQ(filter.Take(i, 0), Kind::kNew);
+  for (int i = 1; i <= 3000; ++i) ASSERT_NE(filter.Take(i, 0), Kind::kNew);
   EXPECT_EQ(ledger.old_commands, 3000);
 }
 
@@ -173,14 +269,32 @@ class ControlServiceTest : public ::testing::Test {
   ControlServiceTest()
       : sim_bus_(hub_.Connect()),
         sealed_(sim_bus_.get(), KeyOf(1)),
-        service_(&sealed_, &time_, kSim, &ledger_,
-                 [this](int64_t counter, const ControlCommand& command) {
-                   done_.push_back(ControlText(command));
-                   service_.Answer({counter, ControlAnswer::State::kDone, 7, 0, ""});
-                 }) {
+        service_(&sealed_, kSim, &ledger_, [this](int64_t counter, const ControlCommand& command) {
+          done_.push_back(ControlText(command));
+          ControlAnswer answer = reply_.value_or(
+              ControlAnswer{0, State::kDone, 7, 0, "", ControlText(command), std::nullopt});
+          answer.counter = counter;
+          service_.Answer(answer);
+        }) {
     // As on a machine that has run for a while.
     time_.AdvanceTo(1'000'000'000);
+    tool_.Subscribe(kAnswerChannel, [this](std::string_view, const uint8_t* data, size_t size) {
+      if (morphbus::control_answer_t heard; Decode(data, size, {}, &heard)) {
+        answers_.push_back(heard);
+      }
+    });
   }
+
+  /// Gives a command as a tool does.
+  Result<ControlAnswer> Give(Bus* tool, const RunKey& key, const char* text) {
+    return GiveCommand(tool, time_, kTool, key, *ParseControl(text), 5'000'000, nullptr);
+  }
+  /// Publishes a message with the run's key; the answers to it, and to all others, are in answers_.
+  void Publish(morphbus::control_t message) {
+    outbox_.Send(kControlChannel, 0, 0, &message);
+    hub_.HandleAll();
+  }
+  void GiveRaw(int64_t counter) { Publish(MessageOf(*ParseControl("pause"), counter)); }
 
   /// A tool's bus, whose every wait gives the others their turn and lets time pass.
   class ToolBus : public Bus {
@@ -217,76 +331,110 @@ class ControlServiceTest : public ::testing::Test {
   std::unique_ptr<Bus> sim_bus_;
   SealedBus sealed_;
   std::vector<std::string> done_;
+  std::optional<ControlAnswer> reply_;  ///< What is answered to everything; its counter is set.
   ControlService service_;
+  // Another tool, and the answers that it has heard.
+  std::unique_ptr<Bus> tool_bus_ = hub_.Connect();
+  SealedBus tool_ = {tool_bus_.get(), KeyOf(1)};
+  Ledger tool_ledger_;
+  Outbox outbox_ = {&tool_, kTool, &tool_ledger_};
+  std::vector<morphbus::control_answer_t> answers_;
 };
 
 TEST_F(ControlServiceTest, ACommandIsDoneOnceAndAnswered) {
   ToolBus tool(&hub_, &time_, 0);
-  const auto answer = GiveCommand(&tool, time_, kTool, KeyOf(1), "pause", 1'000'000, nullptr);
+  const auto answer = Give(&tool, KeyOf(1), "pause");
   ASSERT_TRUE(answer);
   EXPECT_EQ(answer->tick, 7);
+  EXPECT_EQ(answer->state, State::kDone);
+  EXPECT_EQ(answer->command, "pause");
+  EXPECT_FALSE(answer->at);
   EXPECT_EQ(done_, std::vector<std::string>{"pause"});
 }
 
+TEST_F(ControlServiceTest, AnAnswerSaysAllThatTheSimSays) {
+  ToolBus tool(&hub_, &time_, 0);
+  reply_ = {0, State::kRefused, 9, 2, "no\nmodule '" + std::string(300, 'x') + "'", "kill x", 2.5};
+  const auto refused = Give(&tool, KeyOf(1), "kill x");
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->state, State::kRefused);
+  EXPECT_EQ(refused->status, 2);
+  EXPECT_EQ(refused->reason, reply_->reason.substr(0, 200)) << "what a message holds";
+  EXPECT_EQ(refused->at, 2.5);
+  reply_ = {0, State::kLater, 413, 0, "", "deploy x.dyn 1 --at 9.5", 9.5};
+  const auto later = Give(&tool, KeyOf(1), "deploy x.dyn 1");
+  ASSERT_TRUE(later);
+  EXPECT_EQ(later->state, State::kLater);
+  EXPECT_EQ(later->tick, 413);
+  EXPECT_EQ(later->command, "deploy x.dyn 1 --at 9.5");
+}
+
 TEST_F(ControlServiceTest, AnAnswerThatGotLostIsRepeatedAndNothingIsDoneTwice) {
-  // Of what the tool hears, the first messages are its own command and the first answer.
-  ToolBus tool(&hub_, &time_, 2);
-  const auto answer = GiveCommand(&tool, time_, kTool, KeyOf(1), "pause", 5'000'000, nullptr);
+  ToolBus tool(&hub_, &time_, 1);
+  const auto answer = Give(&tool, KeyOf(1), "pause");
   ASSERT_TRUE(answer) << answer.error().message;
   EXPECT_EQ(done_.size(), 1u);
+  EXPECT_EQ(ledger_.old_commands, 1);
 }
 
 TEST_F(ControlServiceTest, OvertakenCommandsAreAnsweredAndPushNoAnswerOut) {
-  const auto endpoint = hub_.Connect();
-  SealedBus tool(endpoint.get(), KeyOf(1));
-  Ledger ledger;
-  Outbox outbox(&tool, kTool, &ledger);
-  const std::string channel = Channel("walk", "", Topic::kControl);
-  std::vector<std::string> answers;
-  tool.Subscribe(channel, [&](std::string_view, const uint8_t* data, size_t size) {
-    morphbus::control_t heard;
-    if (Decode(data, size, {}, &heard) && IsAnswer(heard.command)) answers.push_back(heard.command);
-  });
-  const auto give = [&](int64_t counter) {
-    morphbus::control_t message = MessageOf(counter, "pause");
-    outbox.Send(channel, 0, 0, &message);
-    hub_.HandleAll();
-  };
   const int64_t now = time_.NowUs();
-  give(now);
-  ASSERT_EQ(answers.size(), 1u);
-  for (int i = 1; i <= 200; ++i) give(now - i);
-  EXPECT_EQ(answers.size(), 201u);
+  GiveRaw(now);
+  ASSERT_EQ(answers_.size(), 1u);
+  for (int i = 1; i <= 200; ++i) GiveRaw(now - i);
+  ASSERT_EQ(answers_.size(), 201u);
+  EXPECT_EQ(answers_.back().state, morphbus::control_answer_t::STATE_OVERTAKEN);
+  EXPECT_EQ(answers_.back().counter, now - 200);
   // The answer to the command that was obeyed is still kept.
-  give(now);
-  ASSERT_EQ(answers.size(), 202u);
-  EXPECT_EQ(answers.back(), answers.front());
+  GiveRaw(now);
+  ASSERT_EQ(answers_.size(), 202u);
+  EXPECT_EQ(answers_.back().counter, now);
+  EXPECT_EQ(answers_.back().state, morphbus::control_answer_t::STATE_DONE);
   EXPECT_EQ(done_.size(), 1u);
+  EXPECT_EQ(ledger_.old_commands, 201);
 }
 
-TEST_F(ControlServiceTest, WhoeverHasNoKeyIsNotAnswered) {
+TEST_F(ControlServiceTest, WhoIsOvertakenGivesTheCommandAnew) {
+  // Another tool's command, whose clock is ahead by less than the time to ask again.
+  GiveRaw(time_.NowUs() + 100'000);
   ToolBus tool(&hub_, &time_, 0);
-  const auto answer = GiveCommand(&tool, time_, kTool, KeyOf(2), "stop", 10'000, nullptr);
+  const auto answer = Give(&tool, KeyOf(1), "resume");
+  ASSERT_TRUE(answer) << answer.error().message;
+  EXPECT_EQ(answer->state, State::kDone);
+  EXPECT_EQ(done_.back(), "resume");
+}
+
+TEST_F(ControlServiceTest, ASenderWithoutTheKeyIsNotAnswered) {
+  ToolBus tool(&hub_, &time_, 0);
+  const auto answer = Give(&tool, KeyOf(2), "stop");
   EXPECT_FALSE(answer);
   EXPECT_TRUE(done_.empty());
   EXPECT_GE(sealed_.unauthentic().all, 1);
   EXPECT_EQ(ledger_.received, 0) << "it goes no further";
 }
 
-TEST_F(ControlServiceTest, WhatCannotBeReadIsRefusedWithTheReason) {
-  ToolBus tool(&hub_, &time_, 0);
-  const auto answer = GiveCommand(&tool, time_, kTool, KeyOf(1), "puase", 1'000'000, nullptr);
-  ASSERT_TRUE(answer);
-  EXPECT_EQ(answer->state, ControlAnswer::State::kRefused);
-  EXPECT_EQ(answer->status, 2);
-  EXPECT_EQ(answer->reason, "no command 'puase' (did you mean 'pause'?)");
+TEST_F(ControlServiceTest, WhatIsNoCommandIsRefusedWithTheReason) {
+  morphbus::control_t step = MessageOf(*ParseControl("step"), 5);
+  step.num_steps = 0;
+  Publish(step);
+  ASSERT_EQ(answers_.size(), 1u);
+  EXPECT_EQ(answers_[0].state, morphbus::control_answer_t::STATE_REFUSED);
+  EXPECT_EQ(answers_[0].status, 2);
+  EXPECT_EQ(answers_[0].reason, "step: expected a number, 1 to 1000000, not 0");
   EXPECT_EQ(ledger_.malformed_commands, 1);
-  // Neither is a message that is none, by whoever has the key.
+  // A kind that does not exist, a number that is none, and bytes that are no message are not even
+  // answered.
+  morphbus::control_t strange = MessageOf(*ParseControl("pause"), 6);
+  strange.kind = 14;
+  Publish(strange);
+  strange = MessageOf(*ParseControl("push m5 EAST 1"), 7);
+  strange.force_n = std::numeric_limits<double>::quiet_NaN();
+  Publish(strange);
   const std::vector<uint8_t> bytes(40);
-  SealedBus(&tool, KeyOf(1))
-      .Publish(Channel("walk", "", Topic::kControl), bytes.data(), bytes.size());
+  tool_.Publish(kControlChannel, bytes.data(), bytes.size());
   hub_.HandleAll();
-  EXPECT_EQ(ledger_.malformed_commands, 2);
+  EXPECT_EQ(answers_.size(), 1u);
+  EXPECT_EQ(ledger_.malformed_commands, 4);
   EXPECT_TRUE(done_.empty());
 }
 
@@ -296,19 +444,19 @@ TEST_F(ControlServiceTest, ForgedAnswersAreNotBelieved) {
   SealedBus forged(forger.get(), KeyOf(3));
   Ledger ledger;
   Outbox outbox(&forged, kSim, &ledger);
-  const std::string channel = Channel("walk", "", Topic::kControl);
-  forger->Subscribe(channel, [&](std::string_view, const uint8_t* data, size_t size) {
+  forger->Subscribe(kControlChannel, [&](std::string_view, const uint8_t* data, size_t size) {
     morphbus::control_t heard;
-    if (!Decode(data, size, {}, &heard) || IsAnswer(heard.command)) return;
+    if (!Decode(data, size, {}, &heard)) return;
     // With a key of its own the forger claims to have done everything.
-    morphbus::control_t lie = MessageOf(
-        heard.counter + 1, AnswerText({heard.counter, ControlAnswer::State::kDone, 99, 0, ""}));
-    outbox.Send(channel, 0, 0, &lie);
+    morphbus::control_answer_t lie = {};
+    lie.counter = heard.counter;
+    lie.state = morphbus::control_answer_t::STATE_DONE;
+    lie.tick = 99;
+    outbox.Send(kAnswerChannel, 0, 0, &lie);
   });
-  const auto answer = GiveCommand(&tool, time_, kTool, KeyOf(1), "pause", 1'000'000, nullptr);
+  const auto answer = Give(&tool, KeyOf(1), "pause");
   ASSERT_TRUE(answer);
   EXPECT_EQ(answer->tick, 7);
-  EXPECT_EQ(sealed_.unauthentic().all, 1);
 }
 
 }  // namespace

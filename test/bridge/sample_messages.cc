@@ -2,6 +2,7 @@
 
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/admit_t.hpp>
+#include <morphbus/control_answer_t.hpp>
 #include <morphbus/control_t.hpp>
 #include <morphbus/health_t.hpp>
 #include <morphbus/hello_t.hpp>
@@ -272,7 +273,31 @@ std::vector<SampleMessage> SampleMessages() {
   health.num_totals = 1;
   morphbus::control_t control;
   control.counter = 3;
-  control.command = "pause";
+  control.kind = morphbus::control_t::KIND_PUSH;
+  control.module_name = "m5";
+  control.part_name = "c1";
+  control.num_steps = 1;
+  control.speed = 0;
+  control.direction[0] = 0.5;
+  control.direction[1] = 0;
+  control.direction[2] = -2;
+  control.force_n = 20;
+  control.duration_s = 0.5;
+  control.cold = 0;
+  control.program_hash = -7;
+  control.arguments = {"30deg", "$NORTH"};
+  control.num_arguments = 2;
+  control.has_time = 1;
+  control.time_s = 12.5;
+  morphbus::control_answer_t answer;
+  answer.counter = 3;
+  answer.state = morphbus::control_answer_t::STATE_REFUSED;
+  answer.tick = 412;
+  answer.status = 2;
+  answer.reason = "m5 has no 'c1'";
+  answer.command = "push m5.c1 0.5,0,-2 20 0.5";
+  answer.has_time = 0;
+  answer.time_s = 0;
   morphbus::log_end_t end;
   end.run = "walk";
   end.open = 0;
@@ -292,6 +317,7 @@ std::vector<SampleMessage> SampleMessages() {
           Sample("hello_t", hello),
           Sample("health_t", health),
           Sample("control_t", control),
+          Sample("control_answer_t", answer),
           Sample("info_part_t", SplitInfo("about this run").front()),
           Sample("log_end_t", end),
           Sample("status_t", Inspection()),

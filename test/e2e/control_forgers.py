@@ -29,13 +29,15 @@ class Bus:
 class Forgers(Live):
     """Whoever is on the bus without the key, and old commands on it again, change nothing and are counted."""
 
-    def message(self, text, counter):
-        """A command, without the key."""
-        header = lcm_types()['header_t']()
+    def message(self, kind, counter, **fields):
+        """A command, without the key, as whoever has the types of lcmtypes/ makes it."""
         control = lcm_types()['control_t']()
-        control.header = header
-        header.protocol, header.model_hash = self.pattern.protocol, self.pattern.model_hash
-        control.counter, control.command = counter, text
+        control.header = lcm_types()['header_t']()
+        control.header.protocol, control.header.model_hash = self.pattern.protocol, self.pattern.model_hash
+        control.counter, control.kind = counter, getattr(control, f'KIND_{kind}')
+        for name, value in fields.items():
+            self.assertTrue(hasattr(control, name), name)
+            setattr(control, name, value)
         return encode(control)
 
     def logged(self, channel):
@@ -75,15 +77,15 @@ class Forgers(Live):
         now = time.monotonic_ns() // 1000
         # Without the key, or with another one; once more; altered; on another channel; and no message at all.
         for i in range(100):
-            bus.publish('live/CONTROL', self.message('stop', now + i))
-            bus.publish('live/CONTROL', seal('live/CONTROL', self.message('stop', now + i), bytes(16)))
+            bus.publish('live/CONTROL', self.message('STOP', now + i))
+            bus.publish('live/CONTROL', seal('live/CONTROL', self.message('STOP', now + i), bytes(16)))
             bus.publish('live/CONTROL', events[0][3])
             bus.publish('live/CONTROL', b'\x93' * 40)
         altered = bytearray(events[0][3])
         altered[-3] ^= 1
         bus.publish('live/CONTROL', with_crc(bytes(altered)))
-        bus.publish('live/CONTROL', seal('live/HELLO', self.message('stop', now), key))
-        bus.publish('live/CONTROL', seal('live/CONTROL', self.message('explode', time.monotonic_ns() // 1000), key))
+        bus.publish('live/CONTROL', seal('live/HELLO', self.message('STOP', now), key))
+        bus.publish('live/CONTROL', seal('live/CONTROL', self.message('STEP', time.monotonic_ns() // 1000, num_steps=-5), key))
         self.await_counts(unauthentic=302, old_commands=100, malformed_commands=1)
         # After all that the run takes the commands of its owner, as if nothing had been.
         self.control('step')
@@ -100,6 +102,37 @@ class Forgers(Live):
         self.assertRegex(said, r'refused commands: \d+ old, 1 malformed')
         self.assertEqual([c for _, c in self.commands() if c.startswith('stop')], ['stop'])
         self.assertEqual(self.summary['ended'], 'stopped by command')
+        self.assert_repeats()
+
+    def test_an_open_run_obeys_and_answers_whoever_has_the_types(self):
+        if not self.in_private_network():
+            return
+        self.start('--open', isolate=False)
+        self.control('pause')
+        self.pattern = decode(await_condition(lambda: self.logged('live/CONTROL'), 'commands are logged')[0][3]).header
+        bus = Bus(self)
+
+        def give(kind, **fields):
+            counter = time.monotonic_ns() // 1000
+            bus.publish('live/CONTROL', self.message(kind, counter, **fields))
+            answer = await_condition(lambda: [a for *_, data in self.logged('live/SIM/ANSWER')
+                                              for a in [decode(data)] if a.counter == counter], f'{kind} is answered')[0]
+            return answer, (answer.status, answer.reason)
+        push = {'module_name': 'm5', 'direction': (0, 0, 1), 'force_n': 2.5}
+        pushed, _ = give('PUSH', **push)
+        self.assertEqual((pushed.state, pushed.command, pushed.has_time), (pushed.STATE_LATER, 'push m5 EAST 2.5', False))
+        self.assertEqual(give('PUSH', **{**push, 'module_name': 'm55'})[1], (2, "the robot has no module 'm55' (did you mean 'm5'?)"))
+        self.assertEqual(give('PUSH', **{**push, 'direction': (0, 0, 0)})[1], (2, 'direction: it has no length'))
+        self.assertEqual(give('PAUSE')[1], (1, f'the run is paused already, at tick {pushed.tick - 1}'))
+        done, _ = give('STEP', num_steps=3)
+        self.assertEqual((done.state, done.tick), (done.STATE_DONE, pushed.tick))
+        self.await_held(pushed.tick + 2)
+        give('RESUME')
+        # The log has another name once the run has ended, so that its last answer is not awaited there.
+        bus.publish('live/CONTROL', self.message('STOP', time.monotonic_ns() // 1000))
+        self.end()
+        self.assertEqual([c for c in self.commands() if c[0] >= pushed.tick][:2],
+                         [(pushed.tick, 'step 3'), (pushed.tick, 'push m5 EAST 2.5')])
         self.assert_repeats()
 
     def test_a_replayed_log_of_the_same_name_commands_nothing(self):

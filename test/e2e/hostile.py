@@ -173,6 +173,7 @@ class AsInVirtualTime(Attacked):
                  'TOTALS': ('totals_t', {'process': 'm2', 'num_parts': 1}),
                  'SIM/VERDICT': ('verdict_t', {}),
                  'SIM/LEAVE': ('leave_t', {}),
+                 'SIM/ANSWER': ('control_answer_t', {}),
                  'SIM/ADMIT': ('admit_t', {'module_name': 'm2'})}
         said = dict.fromkeys(kinds, 0)
 

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/admit_t.hpp>
+#include <morphbus/control_answer_t.hpp>
+#include <morphbus/control_t.hpp>
 #include <morphbus/health_t.hpp>
 #include <morphbus/hello_t.hpp>
 #include <morphbus/info_part_t.hpp>
@@ -78,7 +80,7 @@ void Try(std::vector<uint8_t> bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size < 1) return 0;
   const std::vector<uint8_t> bytes(data + 1, data + size);
-  switch (data[0] % 18) {
+  switch (data[0] % 20) {
     case 0:
       Try<sim_clock_t>(bytes);
       break;
@@ -130,8 +132,14 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     case 16:
       Try<replay_batch_t>(bytes);
       break;
-    default:
+    case 17:
       Try<replay_follow_t>(bytes);
+      break;
+    case 18:
+      Try<control_t>(bytes);
+      break;
+    default:
+      Try<control_answer_t>(bytes);
       break;
   }
   return 0;

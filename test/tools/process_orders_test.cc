@@ -15,7 +15,7 @@ class ProcessOrdersTest : public ::testing::Test {
     });
   }
 
-  static GivenCommand Given(const char* text) { return {1, *bridge::ParseControl(text)}; }
+  static GivenCommand Given(const char* text) { return {1, *bridge::ParseControl(text), text}; }
 
   /// The launcher has done the oldest order.
   void Done(bool well) {

@@ -65,28 +65,28 @@ bool HandOver(const ControlledRun& run, bridge::ControlCommand* command) {
 
 /// What the run said, for people or scripts; `modules`: what those said that were inspected, null
 /// for other commands. Returns the exit status.
-int Report(const ControlledRun& run, const std::string& words, const bridge::ControlAnswer& answer,
-           bool json, const Json& modules) {
-  Json object = AnswerJson(run, words, answer);
+int Report(const ControlledRun& run, const bridge::ControlAnswer& answer, bool json,
+           const Json& modules) {
+  Json object = AnswerJson(run, answer);
   if (!modules.is_null()) {
     // Their answers have come, whatever the run had said before.
     object["pending"] = false;
     object["modules"] = modules;
   }
+  const std::string command = EscapeControl(answer.command);
   // A refusal has no tick; what it says goes to stderr, also beside JSON.
   const bool refused = !object["refused"].is_null();
   if (json) {
     PrintJson(object);
   } else if (!refused) {
     const auto at = object.find("switch_seconds");
-    Print("{}: tick {} ({:.2f} s){}{}\n", object["command"].get<std::string>(), answer.tick,
-          object["seconds"].get<double>(),
+    Print("{}: tick {} ({:.2f} s){}{}\n", command, answer.tick, object["seconds"].get<double>(),
           at == object.end() ? "" : fmt::format("; it runs from {} s on", at->get<double>()),
           object["pending"].get<bool>() ? ", once the run goes on" : "");
     if (!modules.is_null()) PrintText(AnswersText(modules));
   }
   if (!refused) return kDone;
-  Unusable(fmt::format("{}: {}", words, EscapeControl(answer.reason)));
+  Unusable(fmt::format("{}: {}", command, EscapeControl(answer.reason)));
   // A refusal has a status of its own: 1 where the run cannot do it now, 2 where the command is
   // wrong, 3 where it takes a launcher and there is none.
   return answer.status;
@@ -94,7 +94,7 @@ int Report(const ControlledRun& run, const std::string& words, const bridge::Con
 
 /// Gives one command and waits for the answer.
 int Control(const ControlOptions& options) {
-  // The words are put together again and read as the sim reads them, which must find the same ones:
+  // The words are put together again and read as those of a script, which must find the same ones:
   // blanks part them there, so that a path must hold none.
   for (const std::string& word : options.words) {
     if (options.words.front() != "deploy" || word.find(' ') == std::string::npos) continue;
@@ -111,8 +111,6 @@ int Control(const ControlOptions& options) {
   // The program is compiled here, where people see its errors, and for the model of that very run.
   const bool deploys = command->kind == bridge::ControlKind::kDeploy;
   if (deploys && !HandOver(*run, &*command)) return kUnusable;
-  const Result<std::string> words = WordsOf(*command);
-  if (!words) return Unusable(words.error().message);
   // The private network is entered before LCM starts a thread.
   if (run->entry.isolated) {
     if (Result<void> joined = JoinNetworkOf(run->entry.pid); !joined)
@@ -126,18 +124,19 @@ int Control(const ControlOptions& options) {
   // It listens before the command is given: the modules' answers may come at once.
   if (inspects) listener.emplace(bus->get(), *run, command->part.module);
   const auto stop = [] { return CaughtSignal() != 0; };
-  const Result<bridge::ControlAnswer> answer = GiveTo(*run, bus->get(), *words, stop);
+  const Result<bridge::ControlAnswer> answer = GiveTo(*run, bus->get(), *command, stop);
   if (!answer) return Failed(answer.error().message);
   if (!inspects || answer->state == bridge::ControlAnswer::State::kRefused) {
-    return Report(*run, *words, *answer, options.json, nullptr);
+    return Report(*run, *answer, options.json, nullptr);
   }
   // The modules answer once the tick is computed.
   if (answer->state == bridge::ControlAnswer::State::kLater) {
-    Say("{} waits for tick {}, once the run goes on\n", *words, answer->tick);
+    Say("{} waits for tick {}, once the run goes on\n", EscapeControl(answer->command),
+        answer->tick);
   }
   const std::string why = listener->Await(answer->tick, bridge::MonotonicTime(), stop);
-  const int status = Report(*run, *words, *answer, options.json, listener->answers());
-  return why.empty() ? status : Failed(fmt::format("{}: {}", *words, why));
+  const int status = Report(*run, *answer, options.json, listener->answers());
+  return why.empty() ? status : Failed(fmt::format("{}: {}", EscapeControl(answer->command), why));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <functional>
 
 #include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/lcm_bus.h"
@@ -54,8 +55,7 @@ struct SimControls {
 
 /// Lets the run obey the script in its folder, and commands that bear its key.
 Result<std::unique_ptr<SimControls>> MakeControls(const std::string& folder, const RunPlan& plan,
-                                                  bridge::Bus* bus, const bridge::TimeSource* time,
-                                                  ControlLink* link,
+                                                  bridge::Bus* bus, ControlLink* link,
                                                   bridge::SimParticipant* participant,
                                                   sim::ControlledRobot* robot) {
   Result<ControlScript> script = ReadScript(folder);
@@ -72,15 +72,13 @@ Result<std::unique_ptr<SimControls>> MakeControls(const std::string& folder, con
   const bridge::Sender sender = {plan.description.run(), std::string(bridge::kSimProcess),
                                  plan.description.model_hash(), 0};
   controls->service = std::make_unique<bridge::ControlService>(
-      bus, time, sender, participant->mutable_ledger(),
-      [desk](int64_t counter, const bridge::ControlCommand& command) {
-        desk->Give(counter, command);
-      });
-  desk->OnAnswer([service = controls->service.get()](const bridge::ControlAnswer& answer) {
-    service->Answer(answer);
-  });
+      bus, sender, participant->mutable_ledger(), std::bind_front(&ControlDesk::Give, desk));
+  desk->OnAnswer(std::bind_front(&bridge::ControlService::Answer, controls->service.get()));
   desk->OnProcessOrder([link](const bridge::ControlCommand& command, uint32_t incarnation) {
-    link->Deliver({{"order", ControlText(command)}, {"incarnation", incarnation}});
+    const bool kills = command.kind == bridge::ControlKind::kKill;
+    link->Deliver({{"order", kills ? "kill" : "restart"},
+                   {"module", command.part.module},
+                   {"incarnation", incarnation}});
   });
   return controls;
 }
@@ -120,7 +118,7 @@ int Simulate(const SimCommandOptions& options) {
   CatchSignals();
   WallTimer since_first_tick;
   const auto controls =
-      MakeControls(options.control_folder, *plan, &bus, &time, &link, &participant, robot->get());
+      MakeControls(options.control_folder, *plan, &bus, &link, &participant, robot->get());
   if (!controls) return Unusable(controls.error().message);
   ControlDesk& desk = *(*controls)->desk;
   participant.OnBeforeTick([&](int64_t tick) {

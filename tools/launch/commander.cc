@@ -2,46 +2,33 @@
 
 #include <signal.h>
 
-#include <optional>
+#include <utility>
 
 #include "bridge/control/control_service.h"
 #include "compiler/base/text.h"
 
 namespace morphbus::tools {
 
-Result<std::string> WordsOf(const bridge::ControlCommand& command) {
-  std::string words = ControlText(command);
-  // The run adds the time of a deployment that names none.
-  constexpr size_t kTimeBytes = 16;
-  const bool adds = command.kind == bridge::ControlKind::kDeploy && !command.at;
-  if (words.size() + (adds ? kTimeBytes : 0) > bridge::kLongestText) {
-    return Fail("the command is too long: " + words);
-  }
-  return words;
-}
-
 Result<bridge::ControlAnswer> GiveTo(const ControlledRun& run, bridge::Bus* bus,
-                                     const std::string& words, const std::function<bool()>& stop) {
+                                     const bridge::ControlCommand& command,
+                                     const std::function<bool()>& stop) {
   const bridge::Sender sender = {run.entry.name, "TOOL", run.plan.description.model_hash(), 0};
-  return bridge::GiveCommand(bus, bridge::MonotonicTime(), sender, run.key, words,
+  return bridge::GiveCommand(bus, bridge::MonotonicTime(), sender, run.key, command,
                              kControlPatienceUs, stop);
 }
 
-Json AnswerJson(const ControlledRun& run, const std::string& words,
-                const bridge::ControlAnswer& answer) {
+Json AnswerJson(const ControlledRun& run, const bridge::ControlAnswer& answer) {
   using State = bridge::ControlAnswer::State;
   const bool refused = answer.state == State::kRefused;
-  // A deployment takes effect when all modules go over to the program.
-  const Result<bridge::ControlCommand> done = bridge::ParseControl(answer.effect);
-  const std::optional<double> at = !refused && done ? done->at : std::nullopt;
   const double seconds = Seconds(answer.tick * run.plan.description.tick_us());
   Json object = {{"run", run.entry.name},
-                 {"command", at ? answer.effect : words},
+                 {"command", answer.command},
                  {"tick", refused ? Json(nullptr) : Json(answer.tick)},
                  {"seconds", refused ? Json(nullptr) : Json(seconds)},
                  {"pending", answer.state == State::kLater},
                  {"refused", refused ? Json(answer.reason) : Json(nullptr)}};
-  if (at) object["switch_seconds"] = *at;
+  // A deployment takes effect when all modules go over to the program.
+  if (answer.at) object["switch_seconds"] = *answer.at;
   return object;
 }
 
@@ -81,35 +68,33 @@ void Commander::Work() {
       next = std::move(waiting_.front());
       waiting_.pop_front();
     }
-    const Result<Json> answer = Do(next);
-    next.done(answer ? *answer : Json(), answer ? "" : answer.error().message);
+    const auto done = std::move(next.done);
+    const Result<Json> answer = Do(std::move(next));
+    done(answer ? *answer : Json(), answer ? "" : answer.error().message);
   }
 }
 
-Result<Json> Commander::Do(const WaitingCommand& given) {
-  Result<bridge::ControlCommand> command = bridge::ParseControl(given.text);
-  if (!command) return tl::unexpected(command.error());
+Result<Json> Commander::Do(WaitingCommand given) {
   const Result<std::shared_ptr<Way>> way = find_();
   if (!way) return tl::unexpected(way.error());
   const ControlledRun& run = (*way)->run;
   if (given.complete) {
-    if (Result<void> whole = given.complete(run, &*command); !whole) {
+    if (Result<void> whole = given.complete(run, &given.command); !whole) {
       return tl::unexpected(whole.error());
     }
   }
-  const Result<std::string> words = WordsOf(*command);
-  if (!words) return tl::unexpected(words.error());
   // The answer comes on the bus, which may take seconds; who ends does not wait for it.
-  const Result<bridge::ControlAnswer> answer = GiveTo(run, (*way)->bus.get(), *words, [this] {
-    const std::lock_guard lock(mutex_);
-    return stop_;
-  });
+  const Result<bridge::ControlAnswer> answer =
+      GiveTo(run, (*way)->bus.get(), given.command, [this] {
+        const std::lock_guard lock(mutex_);
+        return stop_;
+      });
   if (!answer) return tl::unexpected(answer.error());
   // A refusal is the caller's to word.
   if (answer->state == bridge::ControlAnswer::State::kRefused) {
     return Fail(EscapeControl(answer->reason));
   }
-  return AnswerJson(run, *words, *answer);
+  return AnswerJson(run, *answer);
 }
 
 }  // namespace morphbus::tools

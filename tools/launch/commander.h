@@ -17,22 +17,19 @@
 
 namespace morphbus::tools {
 
-/// A command in its canonical words, as CLOCK will name it. Fails if it is too long for a message.
-Result<std::string> WordsOf(const bridge::ControlCommand& command);
-
-/// Gives a command in these words and waits for the answer. Fails if none comes, or if `stop` says
-/// so. `bus` is the run's, and open to all.
+/// Gives a command and waits for the answer. Fails if none comes, or if `stop` says so. `bus` is
+/// the run's, and open to all.
 Result<bridge::ControlAnswer> GiveTo(const ControlledRun& run, bridge::Bus* bus,
-                                     const std::string& words, const std::function<bool()>& stop);
+                                     const bridge::ControlCommand& command,
+                                     const std::function<bool()>& stop);
 
-/// An answer to a command in these words as `control --json` prints it: "run", "command", "tick",
+/// An answer as `control --json` prints it: "run", "command" (as CLOCK names it), "tick",
 /// "seconds", "pending", "refused"; "switch_seconds" for a deployment, when all modules go over.
-Json AnswerJson(const ControlledRun& run, const std::string& words,
-                const bridge::ControlAnswer& answer);
+Json AnswerJson(const ControlledRun& run, const bridge::ControlAnswer& answer);
 
 /// One command that waits for its turn.
 struct WaitingCommand {
-  std::string text;  ///< In the words of `morphbus control`.
+  bridge::ControlCommand command;
   /// Completes the command, as by its program; may be null. Called in the commander's thread, as is
   /// `done`, with AnswerJson(), or with why it was refused.
   std::function<Result<void>(const ControlledRun& run, bridge::ControlCommand* command)> complete;
@@ -65,7 +62,7 @@ class Commander {
   /// What the thread does: one command after the other, until it is to end.
   void Work();
   /// Carries one out. Fails with the reason of a refusal.
-  Result<Json> Do(const WaitingCommand& given);
+  Result<Json> Do(WaitingCommand given);
 
   Find find_;         ///< The thread's alone.
   std::mutex mutex_;  ///< Guards the three below.

@@ -17,7 +17,9 @@ using bridge::ControlKind;
 /// Commands that one tick takes: as many as a CLOCK names (kMostControls) but one, which is left
 /// for a command that makes a paused run go on.
 constexpr int kMostAtOnce = 4;
-/// Seconds after which whoever waits for a tick hears that it may take longer.
+/// Bytes that the time of a deployment adds to its text, with its option.
+constexpr size_t kTimeBytes = 16;
+/// Seconds after which a sender that waits for a tick hears that it may take longer.
 constexpr double kLaterSeconds = 1;
 
 /// Whether a run that is paused goes on by this command.
@@ -57,7 +59,7 @@ ControlDesk::ControlDesk(const RunPlan& plan, ControlScript script, const std::s
                  [this](const ControlCommand& command) {
                    return sim_.BeginIncarnation(static_cast<size_t>(check_.ModuleOf(command)));
                  }}) {
-  // A module whose process died without a trace begins anew, whoever started the new one.
+  // A module whose process died without a trace begins anew, also where no command asked for it.
   sim_.OnReplaced([this](size_t module, int64_t tick) {
     ControlCommand command;
     command.kind = ControlKind::kRestart;
@@ -65,18 +67,16 @@ ControlDesk::ControlDesk(const RunPlan& plan, ControlScript script, const std::s
     command.cold = true;
     // CLOCK of its first tick is out already.
     command.from = tick;
-    Announce(command);
+    Announce(ControlText(command));
   });
 }
 
-void ControlDesk::Accept(GivenCommand* given, ControlAnswer::State state) {
-  // The tick that is out has its sensors already: the next one is the first that shows the effect.
+void ControlDesk::Accept(GivenCommand* given, ControlAnswer::State state, int64_t tick) {
   if (given->counter == kNobody || given->answered || !answer_) return;
   // What is said now is done then.
-  const int64_t tick = sim_.tick() + 1;
-  given->command = Complete(given->command, tick);
+  *given = Complete(std::move(*given), tick);
   given->answered = true;
-  answer_({given->counter, state, tick, 0, "", ControlText(given->command)});
+  answer_({given->counter, state, tick, 0, "", given->text, given->command.at});
 }
 
 void ControlDesk::Refuse(const GivenCommand& given, const Refusal& refusal, int64_t tick) {
@@ -84,28 +84,27 @@ void ControlDesk::Refuse(const GivenCommand& given, const Refusal& refusal, int6
   const bool scripted = given.counter == kNobody;
   if (!scripted && !given.answered) {
     if (!answer_) return;
-    return answer_(
-        {given.counter, ControlAnswer::State::kRefused, tick, refusal.status, refusal.reason, ""});
+    return answer_({given.counter, ControlAnswer::State::kRefused, tick, refusal.status,
+                    refusal.reason, given.text, std::nullopt});
   }
-  // Nobody waits for what a script says, or was promised for later: the user hears of it here.
-  Warn(fmt::format("{}: tick {}: {}: {}", scripted ? "--commands" : "control", tick,
-                   ControlText(given.command), refusal.reason));
+  // A script awaits no answer, nor does a sender to whom it was promised for later: the user hears
+  // of it here.
+  Warn(fmt::format("{}: tick {}: {}: {}", scripted ? "--commands" : "control", tick, given.text,
+                   refusal.reason));
 }
 
-void ControlDesk::Announce(const ControlCommand& command) {
+void ControlDesk::Announce(const std::string& text) {
   ++announced_;
-  sim_.AnnounceControl(ControlText(command));
+  sim_.AnnounceControl(text);
 }
 
-void ControlDesk::AnnounceBegun(const ControlCommand& command) {
+void ControlDesk::AnnounceBegun(const std::string& text) {
   ++announced_;
-  begun_anew_.push_back(command);
+  begun_anew_.push_back(text);
 }
 
 void ControlDesk::NameBegun() {
-  for (const ControlCommand& command : std::exchange(begun_anew_, {})) {
-    sim_.AnnounceControl(ControlText(command));
-  }
+  for (const std::string& text : std::exchange(begun_anew_, {})) sim_.AnnounceControl(text);
 }
 
 int ControlDesk::NumPending() const {
@@ -114,13 +113,14 @@ int ControlDesk::NumPending() const {
 }
 
 void ControlDesk::Give(int64_t counter, const ControlCommand& command) {
-  GivenCommand given = {counter, command};
+  GivenCommand given = {counter, command, ControlText(command)};
+  // The tick that is out has its sensors already: the next one is the first that shows the effect.
   const int64_t tick = sim_.tick() + 1;
   if (const Refusal refusal = Check(given, tick)) return Refuse(given, refusal, tick);
   if (DoNow(given)) return;
   if (IsCold(command)) return BeginRestart(given);
-  // A run that holds still takes it up when it goes on; nobody waits for that.
-  if (Held()) Accept(&given, ControlAnswer::State::kLater);
+  // A run that holds still takes it up when it goes on; the sender does not wait for that.
+  if (Held()) Accept(&given, ControlAnswer::State::kLater, tick);
   waiting_.push_back(std::move(given));
   // It leaves before the tick in which it is gone.
   if (command.kind == ControlKind::kLose) {
@@ -133,6 +133,11 @@ Refusal ControlDesk::Check(const GivenCommand& given, int64_t tick) {
   // A script says what was done once, and is told nothing that the run did not say then.
   const ControlCommand& command = given.command;
   const bool scripted = given.counter == kNobody;
+  // CLOCK adds the time of a deployment that names none.
+  const bool adds = command.kind == ControlKind::kDeploy && !command.at;
+  if (!scripted && given.text.size() + (adds ? kTimeBytes : 0) > bridge::kLongestText) {
+    return {kUnusable, "the command is too long"};
+  }
   const int most = MovesOn(command.kind) ? kMostAtOnce + 1 : kMostAtOnce;
   if (!scripted && NumPending() >= most && command.kind != ControlKind::kStop) {
     return {kNo, fmt::format("{} commands wait for the next tick already", most)};
@@ -169,10 +174,15 @@ Refusal ControlDesk::CheckTime(const GivenCommand& given, int64_t tick) const {
   return why.empty() ? Refusal() : Refusal{kNo, why};
 }
 
-ControlCommand ControlDesk::Complete(ControlCommand command, int64_t tick) const {
-  if (command.kind != ControlKind::kDeploy) return command;
-  command.at = schedule_.SecondsOf(schedule_.Plan(effects_.OrderOf(command, tick)).switch_tick);
-  return command;
+GivenCommand ControlDesk::Complete(GivenCommand given, int64_t tick) const {
+  ControlCommand& command = given.command;
+  if (command.kind != ControlKind::kDeploy) return given;
+  const DeploymentSchedule::Times times = schedule_.Plan(effects_.OrderOf(command, tick));
+  const double at = schedule_.SecondsOf(times.switch_tick);
+  if (command.at == at) return given;
+  command.at = at;
+  given.text = ControlText(command);
+  return given;
 }
 
 bool ControlDesk::DoNow(GivenCommand given) {
@@ -188,25 +198,26 @@ bool ControlDesk::DoNow(GivenCommand given) {
   if (kind == ControlKind::kStop && sim_.tick() == 0) return false;
   // Named first, for the next CLOCK may go out at once.
   if (kind == ControlKind::kStop) NameBegun();
-  Announce(command);
-  Accept(&given, ControlAnswer::State::kDone);
+  Announce(given.text);
+  const int64_t tick = sim_.tick() + 1;
+  Accept(&given, ControlAnswer::State::kDone, tick);
   // Counted first, for the next tick may begin at once.
   if (kind == ControlKind::kResume) steps_left_ = 0;
   if (kind == ControlKind::kStep) steps_left_ += command.steps;
-  (void)effects_.Apply(command, sim_.tick() + 1);
+  (void)effects_.Apply(command, tick);
   return true;
 }
 
 void ControlDesk::BeginRestart(const GivenCommand& given) {
   if (plan_.description.mode() == "realtime") return Order(given);
   restarts_.Take(given);
-  if (Held()) Accept(&restarts_.waiting().back(), ControlAnswer::State::kLater);
+  if (Held()) Accept(&restarts_.waiting().back(), ControlAnswer::State::kLater, sim_.tick() + 1);
 }
 
 void ControlDesk::Order(const GivenCommand& given) {
   // A script's orders are noted at their ticks, and no more, unless they change messages.
   const bool cold = IsCold(given.command);
-  if (given.counter == kNobody && !cold) return Announce(given.command);
+  if (given.counter == kNobody && !cold) return Announce(given.text);
   if (!orders_.possible()) {
     return Refuse(given, {kFailed, "this run has no launcher to do that"}, sim_.tick() + 1);
   }
@@ -224,8 +235,8 @@ void ControlDesk::OrderDone(const std::string& error) {
   } else if (!given->silent) {
     // Processes take their time to begin anew. Named behind whatever else is said before the next
     // tick, so that a run with the same commands has the same CLOCK.
-    cold ? AnnounceBegun(given->command) : Announce(given->command);
-    Accept(&*given, ControlAnswer::State::kDone);
+    cold ? AnnounceBegun(given->text) : Announce(given->text);
+    Accept(&*given, ControlAnswer::State::kDone, sim_.tick() + 1);
   }
   if (cold) restarts_.OnDone();
 }
@@ -234,7 +245,7 @@ void ControlDesk::AnswerWaiting() {
   for (std::vector<GivenCommand>* all : {&waiting_, &restarts_.waiting()}) {
     for (GivenCommand& given : *all) {
       if (given.answered || given.since.seconds() < kLaterSeconds) continue;
-      Accept(&given, ControlAnswer::State::kLater);
+      Accept(&given, ControlAnswer::State::kLater, sim_.tick() + 1);
     }
   }
 }
@@ -246,15 +257,13 @@ void ControlDesk::BeforeTick(int64_t tick) {
   NameBegun();
   // Moved out first: what a command leads to may give others.
   for (const GivenCommand& given : std::exchange(waiting_, {})) {
-    GivenCommand done = given;
-    done.command = Complete(given.command, tick);
+    GivenCommand done = Complete(given, tick);
     if (const Refusal refusal = DoAt(tick, done)) {
       Refuse(given, refusal, tick);
       continue;
     }
-    Announce(done.command);
-    if (given.answered || given.counter == kNobody || !answer_) continue;
-    answer_({given.counter, ControlAnswer::State::kDone, tick, 0, "", ControlText(done.command)});
+    Announce(done.text);
+    Accept(&done, ControlAnswer::State::kDone, tick);
   }
 }
 
@@ -278,7 +287,7 @@ void ControlDesk::AfterTick(int64_t tick) {
     const ScriptedCommand& next = script_[next_scripted_++];
     Give(kNobody, next.command);
   }
-  // Nobody can reach a run in one process, so a pause that the script does not end has no end.
+  // No command reaches a run in one process, so a pause that the script does not end has no end.
   if (!reachable_ && Held()) {
     const std::string& reason = plan_.description.end_reason();
     sim_.RequestStop(reason.empty() ? "paused, with no command to resume" : reason);

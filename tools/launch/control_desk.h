@@ -27,7 +27,7 @@ namespace morphbus::tools {
 /// CLOCK.
 class ControlDesk {
  public:
-  /// `folder`: the run's, for images to deploy; empty in a run that nobody can reach. All pointers
+  /// `folder`: the run's, for images to deploy; empty in a run without a bus. All pointers
   /// and `plan` outlive the desk.
   ControlDesk(const RunPlan& plan, ControlScript script, const std::string& folder,
               bridge::SimParticipant* sim, sim::ControlledRobot* robot);
@@ -62,7 +62,7 @@ class ControlDesk {
   /// Is the time that a deployment names one that can be kept, if it is done at `tick`?
   [[nodiscard]] Refusal CheckTime(const GivenCommand& given, int64_t tick) const;
   /// The command as it is done at `tick`: a deployment has a time.
-  [[nodiscard]] bridge::ControlCommand Complete(bridge::ControlCommand command, int64_t tick) const;
+  [[nodiscard]] GivenCommand Complete(GivenCommand given, int64_t tick) const;
 
   /// Does what was given for the tick whose sensors are read next. What is refused has changed
   /// nothing.
@@ -74,19 +74,19 @@ class ControlDesk {
   /// Sees to it that a module begins anew with the next tick, or in real time at once.
   void BeginRestart(const GivenCommand& given);
 
-  /// Has the next CLOCK name it.
-  void Announce(const bridge::ControlCommand& command);
+  /// Has the next CLOCK name a command.
+  void Announce(const std::string& text);
   /// The same of a module that has begun anew, once all else for the next tick has been said.
-  void AnnounceBegun(const bridge::ControlCommand& command);
+  void AnnounceBegun(const std::string& text);
   /// Tells the next CLOCK of the modules that have begun anew.
   void NameBegun();
   /// Commands that the next CLOCK may name: announced, waiting, or ordered.
   [[nodiscard]] int NumPending() const;
-  /// The run holds still until somebody lets it go on.
+  /// The run holds still until a command lets it go on.
   [[nodiscard]] bool Held() const { return sim_.paused() && steps_left_ == 0; }
 
-  // The two kinds of answers; `tick` is the one that the command was given for.
-  void Accept(GivenCommand* given, bridge::ControlAnswer::State state);
+  // The two kinds of answers, once each; `tick` is the one that the command was given for.
+  void Accept(GivenCommand* given, bridge::ControlAnswer::State state, int64_t tick);
   void Refuse(const GivenCommand& given, const Refusal& refusal, int64_t tick);
 
   const RunPlan& plan_;
@@ -103,7 +103,7 @@ class ControlDesk {
   std::function<void(const bridge::ControlAnswer&)> answer_;  ///< Called if set.
   std::vector<GivenCommand> waiting_;                         ///< For the next tick, oldest first.
   size_t next_scripted_ = 0;  ///< The first command of the script that was not given yet.
-  std::vector<bridge::ControlCommand> begun_anew_;  ///< That no CLOCK has been told of yet.
+  std::vector<std::string> begun_anew_;  ///< Commands that no CLOCK has been told of yet.
   int announced_ = 0;       ///< Commands that were announced and that no CLOCK has named yet.
   int64_t steps_left_ = 0;  ///< Ticks that `step` still has to run.
 };

@@ -15,9 +15,9 @@ namespace morphbus::tools {
 
 /// One end of the line; it owns its descriptor and closes it. The launcher sends {"stop": reason},
 /// and {"ordered": error} when it has killed or restarted a module, which the sim orders by
-/// {"order": command, "incarnation": number}; the sim sends {"tick": …, "missing": […]} as it goes
-/// and {"outcome": …} at the end; the logger sends {"log": path, …} or {"error": …}. None of this
-/// is part of the run: it is never logged, and no hash covers it.
+/// {"order": "kill" or "restart", "module": name, "incarnation": number}; the sim sends {"tick": …,
+/// "missing": […]} as it goes and {"outcome": …} at the end; the logger sends {"log": path, …} or
+/// {"error": …}. None of this is part of the run: it is never logged, and no hash covers it.
 class ControlLink {
  public:
   /// Takes over a descriptor, e.g. from --control-fd; -1: a link to nobody, that never says

@@ -2,21 +2,23 @@
 // A command that was given to a running simulator.
 
 #include <cstdint>
+#include <string>
 
 #include "bridge/control/control_command.h"
 #include "tools/launch/wall_clock.h"
 
 namespace morphbus::tools {
 
-/// The counter of a command that nobody awaits an answer to, as those of a script.
+/// The counter of a command that has no sender who awaits an answer, as those of a script.
 inline constexpr int64_t kNobody = -1;
 
 /// A command, and whether it was answered.
 struct GivenCommand {
   int64_t counter = 0;
   bridge::ControlCommand command;
+  std::string text;  ///< As CLOCK names it; written once.
   bool answered = false;
-  bool silent = false;  ///< A step of another command: nobody hears of it, nor does CLOCK.
+  bool silent = false;  ///< A step of another command: it is neither answered nor named.
   WallTimer since = {};
 };
 

@@ -317,7 +317,8 @@ void Launcher::TakeMessages() {
     if (message.contains("tick")) outcome_.ticks = message.value("tick", outcome_.ticks);
     if (message.contains("gone")) gone_ = message.value("gone", std::set<std::string>());
     if (message.contains("order")) {
-      orders_.push_back({message.value("order", ""), message.value("incarnation", uint32_t{0})});
+      orders_.push_back({message.value("order", "") == "kill", message.value("module", ""),
+                         message.value("incarnation", uint32_t{0})});
     }
     if (!message.contains("outcome")) continue;
     // How the run ended, which only the sim knows.
@@ -376,14 +377,13 @@ void Launcher::CarryOutOrders() {
 }
 
 Result<void> Launcher::CarryOutOrder(const Order& order) {
-  const Result<bridge::ControlCommand> command = bridge::ParseControl(order.text);
-  const auto module = command ? plan_.robot().FindModule(command->part.module) : std::nullopt;
-  if (!module) return Fail("no such module: " + order.text);
+  const std::optional<int> module = plan_.robot().FindModule(order.module);
+  if (!module) return Fail("no such module: " + order.module);
   const std::string name = NameOf(ProcessOf(*module));
   ChildProcess* child = Find(name);
   // Killed on purpose, it does not end the run; whether the others can go on without it is theirs
   // to find out.
-  if (command->kind == bridge::ControlKind::kKill) {
+  if (order.kills) {
     if (child == nullptr || child->Poll()) return Fail(name + " does not run");
     killed_.insert(name);
     child->Signal(SIGKILL);

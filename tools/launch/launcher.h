@@ -64,7 +64,8 @@ class Launcher {
   void OnModuleDeath(int process, const std::string& how);
   /// What the sim wants done with a module's process.
   struct Order {
-    std::string text;          ///< As people give it: "restart m2 --cold".
+    bool kills = false;        ///< Else it is started again.
+    std::string module;        ///< Its name.
     uint32_t incarnation = 0;  ///< Under which the module begins anew; 0: it does not.
   };
   /// Kills or restarts a module's process at somebody's command. Fails if there is nothing to kill.

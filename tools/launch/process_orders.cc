@@ -28,7 +28,7 @@ void ColdRestarts::Take(const GivenCommand& given) {
   // A dead module must answer the present tick first, as the one that it was. It may share its
   // process with another that was killed; one that lives loses nothing by starting again.
   if (orders_.any_killed()) {
-    GivenCommand warm = {kNobody, given.command};
+    GivenCommand warm = {kNobody, given.command, given.text};
     warm.command.cold = false;
     warm.silent = true;
     orders_.Order(warm, 0);

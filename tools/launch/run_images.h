@@ -33,7 +33,7 @@ class RunImages {
   };
 
   uint64_t own_;
-  std::map<uint64_t, std::string> images_;  ///< That nobody has asked for yet.
+  std::map<uint64_t, std::string> images_;  ///< Not verified yet.
   std::string folder_;
   std::map<uint64_t, Verified> verified_;
 };

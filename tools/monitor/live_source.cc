@@ -263,16 +263,18 @@ void LiveSource::Command(const bridge::ClientRequest& request, const std::string
                 "this run cannot be controlled from here: it is none of this machine's that "
                 "takes commands");
   }
+  const Result<bridge::ControlCommand> command = bridge::ParseControl(text);
+  if (!command) return done({}, command.error().message);
   // A program is laid where the sim finds it; the command names it by its hash.
   const auto complete = [this, program](const ControlledRun& run,
-                                        bridge::ControlCommand* command) -> Result<void> {
-    if (command->kind != bridge::ControlKind::kDeploy) return {};
-    const auto compiled = texts_.Compile(command->program, program);
+                                        bridge::ControlCommand* deploy) -> Result<void> {
+    if (deploy->kind != bridge::ControlKind::kDeploy) return {};
+    const auto compiled = texts_.Compile(deploy->program, program);
     if (!compiled) return tl::unexpected(compiled.error());
-    command->program_hash = compiled->hash;
+    deploy->program_hash = compiled->hash;
     return WriteFile(ImagePath(run.entry.folder, compiled->hash), compiled->image);
   };
-  commander_->Give({text, complete, done});
+  commander_->Give({*command, complete, done});
 }
 
 void LiveSource::Take(const bridge::ClientRequest& request, const std::string& what) {

@@ -129,8 +129,16 @@ class SpySession {
     ui_.failed = !given_.empty();
     ui_.message = ui_.failed ? "the last command is still under way" : command + " ...";
     if (ui_.failed) return;
+    const Result<bridge::ControlCommand> given = bridge::ParseControl(command);
+    if (!given) {
+      ui_.failed = true;
+      ui_.message = fmt::format("{}: {}", command, Visible(given.error().message));
+      return;
+    }
     given_ = command;
-    commander_.Give({command, nullptr, [this](const Json& answer, const std::string& refusal) {
+    given_speed_.reset();
+    if (given->kind == bridge::ControlKind::kSpeed) given_speed_ = given->speed;
+    commander_.Give({*given, nullptr, [this](const Json& answer, const std::string& refusal) {
                        const std::lock_guard lock(mutex_);
                        answer_ = {answer, refusal};
                      }});
@@ -156,10 +164,7 @@ class SpySession {
     }
     dirty_ = true;
     // A paused run names the new speed in CLOCK only when it goes on.
-    const Result<bridge::ControlCommand> command = bridge::ParseControl(given);
-    if (!ui_.failed && command && command->kind == bridge::ControlKind::kSpeed) {
-      ui_.asked_speed = command->speed;
-    }
+    if (!ui_.failed && given_speed_) ui_.asked_speed = given_speed_;
   }
 
   /// Takes the figures anew, unless they are to stand still.
@@ -196,6 +201,7 @@ class SpySession {
   std::string problem_;
   std::string watched_;
   std::string given_;                  ///< The command that is under way; empty: none is.
+  std::optional<double> given_speed_;  ///< The speed that it asks for, if it does.
   std::optional<double> named_speed_;  ///< The speed that CLOCK named last.
   double last_bar_ = -1.0;             ///< When a message was decoded last, on `timer_`.
   double last_look_ = 0.0;             ///< When the figures were taken, on `timer_`.
