@@ -317,7 +317,6 @@ std::vector<SampleMessage> SampleMessages() {
           Sample("hello_t", hello),
           Sample("health_t", health),
           Sample("control_t", control),
-          Sample("control_answer_t", answer),
           Sample("info_part_t", SplitInfo("about this run").front()),
           Sample("log_end_t", end),
           Sample("status_t", Inspection()),
@@ -327,7 +326,8 @@ std::vector<SampleMessage> SampleMessages() {
           Sample("leave_t", morphbus::leave_t{{}, "m2"}),
           Sample("admit_t", morphbus::admit_t{{}, "m2", 77, -1, 40, 3}),
           Sample("replay_batch_t", morphbus::replay_batch_t{{}, 4, 1, 60, -9, 1}),
-          Sample("replay_follow_t", morphbus::replay_follow_t{{}, "F1", -1, 0})};
+          Sample("replay_follow_t", morphbus::replay_follow_t{{}, "F1", -1, 0}),
+          Sample("control_answer_t", answer)};
 }
 
 }  // namespace morphbus::bridge
