@@ -1,14 +1,12 @@
 #!/usr/bin/env python3
 """Whoever is on the bus of a run without its key, and old commands on it again, change nothing and are counted."""
-import os
 import socket
 import struct
-import subprocess
 import time
 import unittest
 
 from control_live import Live, written_so_far
-from support import BIN, LIMIT, as_json, await_condition, command, decode, encode, lcm_types, morphbus, read_events, seal, with_crc
+from support import as_json, await_condition, command, decode, encode, lcm_types, morphbus, read_events, seal, with_crc
 
 
 class Bus:
@@ -42,16 +40,6 @@ class Forgers(Live):
 
     def logged(self, channel):
         return [event for event in written_so_far(self.folder / 'live.log.partial') if event[2] == channel]
-
-    def in_private_network(self):
-        """Whether the test runs in one, where nobody but it is on the bus; if not, it has now been repeated in one."""
-        if os.environ.get('MORPHBUS_PRIVATE_NETWORK') is not None:
-            return True
-        done = subprocess.run([str(BIN / 'isolated'), 'python3', __file__, f'Forgers.{self._testMethodName}'],
-                              env={**os.environ, 'MORPHBUS_PRIVATE_NETWORK': '1'}, capture_output=True, text=True,
-                              timeout=LIMIT)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        return False
 
     def await_counts(self, **least):
         """Until the sim has told what it refused: the run may be over before its last HEALTH is heard."""

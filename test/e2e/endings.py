@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
 """How runs end that do not go as planned: whoever failed is named, by every process that knows, and no END
 says `clean` that is not."""
-import os
 import subprocess
 import unittest
 
-from support import BIN, LIMIT, MODEL, PROGRAM, Case, command, decode, new_key, read_events
+from support import LIMIT, MODEL, PROGRAM, Case, command, decode, new_key, read_events
 
 
 def end_of(path):
@@ -20,18 +19,8 @@ class Endings(Case):
         return subprocess.Popen(command(what, MODEL, PROGRAM, '--robot', 'quadruped', '--run', 'hand', '--seconds', 2,
                                         *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
-    def on_a_network_of_its_own(self):
-        """Has the test run once more where its processes share a network with nobody else. True if it just did."""
-        if os.environ.get('MORPHBUS_PRIVATE_NETWORK') is not None:
-            return False
-        done = subprocess.run([str(BIN / 'isolated'), 'python3', __file__, f'Endings.{self._testMethodName}'],
-                              env={**os.environ, 'MORPHBUS_PRIVATE_NETWORK': '1'}, capture_output=True, text=True,
-                              timeout=LIMIT)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        return True
-
     def test_who_has_another_key_is_told_so(self):
-        if self.on_a_network_of_its_own():
+        if not self.in_private_network():
             return
         keys = []
         for name in ('sim', 'log'):
@@ -48,7 +37,7 @@ class Endings(Case):
         self.assertRegex(said, r"nothing heard from run 'hand' any more; \d+ messages? without the run's key came")
 
     def test_modules_that_never_come_are_named_by_sim_and_log(self):
-        if self.on_a_network_of_its_own():
+        if not self.in_private_network():
             return
         path = self.folder / 'hand.log'
         log = self.by_hand('log', '-o', path, '--open')

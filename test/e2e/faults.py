@@ -1,8 +1,6 @@
 #!/usr/bin/env python3
 """`run --faults`: whatever befalls messages on their way, the run is the same one, and what befell them is counted."""
-import os
 import subprocess
-import sys
 import unittest
 
 from gait import STEP, north
@@ -129,12 +127,8 @@ class Fast(FaultsCase):
         self.assertIn('x.faults:1:15: error: expected a probability', done.stderr)
 
     def test_processes_started_by_hand(self):
-        if os.environ.get('MORPHBUS_PRIVATE_NETWORK') is None:
-            # They meet on a network that they share with nobody else.
-            done = subprocess.run([str(BIN / 'isolated'), sys.executable, __file__, f'Fast.{self._testMethodName}'],
-                                  env={**os.environ, 'MORPHBUS_PRIVATE_NETWORK': '1'}, capture_output=True, text=True,
-                                  timeout=LIMIT)
-            return self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        if not self.in_private_network():
+            return
         # Long enough for several HEALTH of every process, most of which come through.
         seconds = 6
         smooth = self.run_once('--inproc', seconds=seconds)['hash']

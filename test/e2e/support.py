@@ -210,6 +210,17 @@ class Case(unittest.TestCase):
         os.environ['XDG_RUNTIME_DIR'] = str(runtime)
         os.environ.pop('LCM_DEFAULT_URL', None)
 
+    def in_private_network(self):
+        """Whether the test runs in one, where nobody but its processes is on the bus; if not, it has now been repeated in one."""
+        if os.environ.get('MORPHBUS_PRIVATE_NETWORK') is not None:
+            return True
+        script, name = sys.modules[type(self).__module__].__file__, '.'.join(self.id().split('.')[-2:])
+        done = subprocess.run([str(BIN / 'isolated'), sys.executable, script, name],
+                              env={**os.environ, 'MORPHBUS_PRIVATE_NETWORK': '1'}, capture_output=True, text=True,
+                              timeout=LIMIT)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return False
+
     def log(self, name):
         """A log that the fixture recorded."""
         path = SCRATCH / name
