@@ -186,12 +186,13 @@ template <class Self, class... Arguments, class... Who>
 void ParticipantBase::ListenFor(const Interest& interest, const std::string& channel,
                                 void (Self::*method)(Arguments...), Who... who) {
   const std::optional<ChannelName> name = ParseChannel(channel);
-  const bool numbered = name && IsHashed(name->topic);
+  // Repetitions on a hashed channel are the participant's own machine's business.
+  const bool once = name && !IsHashed(name->topic);
   bus_->Subscribe(
       channel,
-      [self = static_cast<Self*>(this), numbered, method, who...](
-          std::string_view on, const uint8_t* data, size_t size) {
-        if (!numbered && self->IsRepeat(*ParseChannel(on), data, size)) {
+      [self = static_cast<Self*>(this), once, method, who...](std::string_view on,
+                                                              const uint8_t* data, size_t size) {
+        if (once && self->IsRepeat(*ParseChannel(on), data, size)) {
           ++self->ledger_.received;
           return;
         }

@@ -13,9 +13,6 @@ namespace {
 
 using morphbus::sim_clock_t;
 
-/// Announcements a CLOCK carries at most; further ones wait for the next tick.
-constexpr size_t kMostControls = 5;
-
 /// The entries of a list that part number `part` of WORLD holds, and how many they are.
 template <class Entry>
 int16_t TakeShare(const std::vector<Entry>& all, int part, std::vector<Entry>* share) {
@@ -80,7 +77,7 @@ void TickPublisher::SendClock(int64_t tick, int8_t phase, const std::string& end
   clock.end_reason = end_reason;
   // Tick 0 is the robot as it was built: controls wait for the next one (ControlDesk::BeforeTick).
   const bool first = tick == 0 && phase != sim_clock_t::PHASE_END;
-  const size_t carried = first ? 0 : std::min(announcements_.size(), kMostControls);
+  const size_t carried = first ? 0 : std::min(announcements_.size(), kMostAnnounced);
   const auto end = announcements_.begin() + static_cast<std::ptrdiff_t>(carried);
   clock.num_controls = static_cast<int16_t>(carried);
   clock.controls.assign(announcements_.begin(), end);

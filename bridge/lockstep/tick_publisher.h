@@ -18,6 +18,9 @@ namespace morphbus::bridge {
 /// listeners count parts.
 class TickPublisher {
  public:
+  /// Announcements that a CLOCK carries at most; further ones wait for the next tick.
+  static constexpr size_t kMostAnnounced = 5;
+
   /// @param outbox   outlives the publisher; it is the simulator's.
   /// @param modules  those of the run, in order of id.
   /// @param tick_us  length of a tick, microseconds of sim time.

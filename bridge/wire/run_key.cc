@@ -52,19 +52,21 @@ Result<void> RunKey::WriteTo(const std::string& path) const {
 Result<RunKey> RunKey::Read(const std::string& path) {
   // A link could lead to a key that somebody else knows. One byte more shows a file that is longer.
   std::array<uint8_t, kSize + 1> bytes;
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  // A named pipe is not waited for.
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
   if (fd < 0) return FailWithFile("read", path);
   struct stat info = {};
   const bool known = fstat(fd, &info) == 0;
   const ssize_t size = read(fd, bytes.data(), bytes.size());
   close(fd);
-  // Other users who know the key could speak in the run.
-  if (known && info.st_uid != geteuid()) return Fail(path + " belongs to another user");
-  if (!known || (info.st_mode & 077) != 0) {
-    return Fail(path + " is not private to its owner: chmod 600 " + path);
+  // What is no key keeps its mode: only of a key it is said how it becomes private.
+  if (!known || !S_ISREG(info.st_mode) || size != static_cast<ssize_t>(kSize)) {
+    return Fail(path + " is no key, which is a file of 16 bytes");
   }
-  if (size != static_cast<ssize_t>(kSize)) {
-    return Fail(path + " is no key, which has 16 bytes");
+  // Other users who know the key could speak in the run.
+  if (info.st_uid != geteuid()) return Fail(path + " belongs to another user");
+  if ((info.st_mode & 077) != 0) {
+    return Fail(path + " is not private to its owner: chmod 600 " + path);
   }
   Bytes key;
   std::copy_n(bytes.begin(), kSize, key.begin());

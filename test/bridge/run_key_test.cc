@@ -172,8 +172,17 @@ TEST(RunKeyTest, AKeyIsItsOwnersAlone) {
   ASSERT_EQ(chmod(path.c_str(), 0600), 0);
   for (const char* text : {"short", "a text of more than sixteen bytes"}) {
     std::ofstream(path) << text;
-    EXPECT_EQ(RunKey::Read(path).error().message, path + " is no key, which has 16 bytes");
+    EXPECT_EQ(RunKey::Read(path).error().message, path + " is no key, which is a file of 16 bytes");
   }
+  // What is no key is not to be made private, as it may be anything; a pipe is not waited for.
+  EXPECT_EQ(RunKey::Read("/etc/passwd").error().message,
+            "/etc/passwd is no key, which is a file of 16 bytes");
+  EXPECT_EQ(RunKey::Read("/etc").error().message, "/etc is no key, which is a file of 16 bytes");
+  ASSERT_EQ(mkfifo((path + ".pipe").c_str(), 0600), 0);
+  EXPECT_EQ(RunKey::Read(path + ".pipe").error().message,
+            path + ".pipe is no key, which is a file of 16 bytes");
+  std::ofstream(path) << "0123456789abcdef";
+  EXPECT_TRUE(RunKey::Read(path));
   // Another user's key is refused, whoever may read it: root may read everything.
   if (geteuid() == 0 && chown(path.c_str(), 12345, 12345) == 0) {
     EXPECT_EQ(RunKey::Read(path).error().message, path + " belongs to another user");

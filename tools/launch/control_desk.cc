@@ -14,9 +14,9 @@ using bridge::ControlAnswer;
 using bridge::ControlCommand;
 using bridge::ControlKind;
 
-/// Commands that one tick takes: as many as a CLOCK names (kMostControls) but one, which is left
-/// for a command that makes a paused run go on.
-constexpr int kMostAtOnce = 4;
+/// Commands that one tick takes: as many as a CLOCK names but one, which is left for a command that
+/// makes a paused run go on.
+constexpr int kMostAtOnce = static_cast<int>(bridge::TickPublisher::kMostAnnounced) - 1;
 /// Bytes that the time of a deployment adds to its text, with its option.
 constexpr size_t kTimeBytes = 16;
 /// Seconds after which a sender that waits for a tick hears that it may take longer.
