@@ -77,15 +77,15 @@ test('every number can be plotted, angles of links too', async () => {
     'walk|channels|walk/m1/TRANSFORM rate',
   ])
     assert.ok(ids.includes(id), id);
-  const joint = seriesOf(run, 'joints', 'm2.joint_1 position');
-  const under = seriesOf(run, 'joints', 'm2.joint_1 under its convention');
+  const joint = seriesOf(run.tables.get('joints'), 'm2.joint_1 position');
+  const under = seriesOf(run.tables.get('joints'), 'm2.joint_1 under its convention');
   assert.equal(joint?.unit, 'rad');
   assert.equal(under?.series.value(30), -(joint?.series.value(30) ?? NaN));
-  const effort = seriesOf(run, 'joints', 'm2.joint_1 effort');
+  const effort = seriesOf(run.tables.get('joints'), 'm2.joint_1 effort');
   assert.equal(effort?.unit, 'N m');
   assert.equal(effort?.series.value(30), 0.5);
   // The tip turns about the axis east by the joint's angle.
-  const pitch = seriesOf(run, 'poses', 'm2/tip.pitch');
+  const pitch = seriesOf(run.tables.get('poses'), 'm2/tip.pitch');
   assert.ok(Math.abs(Math.abs(pitch?.series.value(30) ?? NaN) - Math.abs(joint?.series.value(30) ?? NaN)) < 1e-9);
 });
 

@@ -10,7 +10,7 @@ import {
   type Pose,
   type Vector,
 } from './pose.ts';
-import type { Run } from './run.ts';
+import type { NamedTable, Run } from './run.ts';
 import { Table } from './table.ts';
 
 /** Two links that bear the same label of the same role. */
@@ -77,7 +77,7 @@ export function pairLinks(a: Run, b: Run, rowA: number, rowB: number): Pair[] {
  * of the point of either link that lay at the origin of A's link frame at the reference time, and rotations are those
  * since then, as `morphbus compare` does it for the pose at rest.
  */
-export class Difference {
+export class Difference implements NamedTable {
   readonly table = new Table(30000);
   private pairs: Matched[] = [];
   private key = '';
@@ -89,6 +89,10 @@ export class Difference {
     readonly a: Run,
     readonly b: Run,
   ) {}
+
+  unit(column: string): string {
+    return column.endsWith('rotation') ? 'rad' : 'm';
+  }
 
   get pairNames(): string[] {
     return this.pairs.map((pair) => pair.name);

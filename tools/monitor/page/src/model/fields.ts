@@ -1,7 +1,7 @@
 /** The fields that can be plotted: columns of the tables of all runs, and of the table of differences. */
 
 import type { Series } from '../plot/decimate.ts';
-import type { Run } from './run.ts';
+import type { NamedTable, Run } from './run.ts';
 import { fixedAngles } from './pose.ts';
 
 /** One quantity against sim time. */
@@ -16,26 +16,18 @@ export interface Field {
 
 /** All fields of a run, in the order of its tables. */
 export function fieldsOf(run: Run): Field[] {
-  const fields: Field[] = [];
-  for (const [name, { table, unit }] of run.tables) {
-    for (const column of table.columnNames) {
-      // Quaternions are plotted as angles.
-      if (name === 'poses' && column.includes('.q')) {
-        if (column.endsWith('.qw')) {
-          for (const axis of ['roll', 'pitch', 'yaw']) {
-            fields.push(fieldOf(run.name, name, column.replace(/qw$/, axis), 'rad'));
-          }
-        }
-        continue;
-      }
-      fields.push(fieldOf(run.name, name, column, unit(column)));
-    }
-  }
-  return fields;
+  return [...run.tables].flatMap(([name, named]) => fieldsIn(run.name, name, named));
 }
 
-function fieldOf(run: string, table: string, column: string, unit: string): Field {
-  return { id: `${run}|${table}|${column}`, run, table, column, unit };
+/** The fields of one table; `run` is empty for a table that is of no run alone. */
+export function fieldsIn(run: string, name: string, { table, unit }: NamedTable): Field[] {
+  const fieldOf = (column: string, of: string): Field => ({ id: `${run}|${name}|${column}`, run, table: name, column, unit: of });
+  return table.columnNames.flatMap((column) => {
+    // Quaternions are plotted as angles.
+    if (name !== 'poses' || !column.includes('.q')) return [fieldOf(column, unit(column))];
+    const angles = column.endsWith('.qw') ? ['roll', 'pitch', 'yaw'] : [];
+    return angles.map((axis) => fieldOf(column.replace(/qw$/, axis), 'rad'));
+  });
 }
 
 /** The parts of a field's id; null if it is none. */
@@ -44,12 +36,11 @@ export function parseFieldId(id: string): { run: string; table: string; column: 
   return parts.length === 3 ? { run: parts[0], table: parts[1], column: parts[2] } : null;
 }
 
-/** The series of a column; null if the run does not have it (yet). */
-export function seriesOf(run: Run, tableName: string, column: string): { series: Series; unit: string } | null {
-  const named = run.tables.get(tableName);
+/** The series of a field's column; null if there is no such table or column (yet). */
+export function seriesOf(named: NamedTable | null | undefined, column: string): { series: Series; unit: string } | null {
   if (!named) return null;
   const { table } = named;
-  const angle = tableName === 'poses' ? /^(.*)\.(roll|pitch|yaw)$/.exec(column) : null;
+  const angle = table.find(column) < 0 ? /^(.*)\.(roll|pitch|yaw)$/.exec(column) : null;
   const index = table.find(angle ? `${angle[1]}.qw` : column);
   if (index < 0) return null;
   // Rotations about the axes of the world: north (roll), up (yaw) and east (pitch).

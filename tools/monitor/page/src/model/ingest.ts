@@ -2,7 +2,7 @@
 
 import { toNumber, toSeconds, type Decoded } from '../protocol/decoder.ts';
 import type { Pose } from './pose.ts';
-import type { Label, ModuleState, Run } from './run.ts';
+import type { Fault, Label, ModuleState, Run, SourcePlace } from './run.ts';
 
 /** Topics that the page does not need, since others hold the same. */
 export const UNNEEDED_TOPICS = ['joint_states', 'log'];
@@ -13,58 +13,36 @@ export function parseTopic(topic: string): { source: string; name: string } | nu
   return match ? { source: match[1], name: match[2] } : null;
 }
 
+/** What is done with a message of each topic, by the topic's name below its source. */
+const TAKERS = new Map(
+  Object.entries<(run: Run, time: number, message: Decoded) => void>({
+    description: takeDescription,
+    scene: takeScene,
+    tf: takeTransforms,
+    tf_propagated: takePropagated,
+    clock: takeClock,
+    joints: takeJoints,
+    commands: takeCommands,
+    modules: (run, time, message) => message.modules.forEach((state: any) => run.takeState(time, moduleState(state))),
+    connections: takeConnections,
+    // These two have a time of their own, that of what happened.
+    faults: (run, _, message) => run.takeFault({ ...(message as Fault), time: toSeconds(message.timestamp) }),
+    prints: (run, _, message) => run.addEvent(toSeconds(message.timestamp), message.text, message as SourcePlace),
+    channels: takeChannels,
+    health: takeHealth,
+  }),
+);
+
 /** Takes up one message. `name`: of the topic below its source; `time`: its sim time, seconds. */
 export function takeMessage(run: Run, name: string, time: number, message: Decoded): void {
-  switch (name) {
-    case 'description':
-      takeDescription(run, message);
-      break;
-    case 'scene':
-      takeScene(run, message);
-      break;
-    case 'tf':
-      takeTransforms(run, time, message);
-      break;
-    case 'tf_propagated':
-      takePropagated(run, time, message);
-      break;
-    case 'clock':
-      takeClock(run, time, message);
-      break;
-    case 'joints':
-      takeJoints(run, time, message);
-      break;
-    case 'commands':
-      takeCommands(run, time, message);
-      break;
-    case 'modules':
-      for (const state of message.modules) run.takeState(time, moduleState(state));
-      break;
-    case 'connections':
-      takeConnections(run, time, message);
-      break;
-    case 'faults':
-      takeFault(run, message);
-      break;
-    case 'prints':
-      takePrint(run, message);
-      break;
-    case 'channels':
-      takeChannels(run, time, message);
-      break;
-    case 'health':
-      takeHealth(run, time, message);
-      break;
-  }
+  TAKERS.get(name)?.(run, time, message);
 }
 
-function takeDescription(run: Run, message: Decoded): void {
+function takeDescription(run: Run, _: number, message: Decoded): void {
   const d = run.description;
   d.robot = message.robot;
-  d.model = message.modelFile;
   d.program = message.programFile;
   d.programText = message.programText;
-  d.mode = message.mode;
   d.tick = (message.tickUs || 20000) * 1e-6;
   d.modules = message.modules;
   d.roles = message.roles.filter((role: any) => !role.abstract);
@@ -79,7 +57,7 @@ function linkOf(run: Run, frame: string): string | null {
   return link.includes('/') && !link.startsWith('propagated/') ? link : null;
 }
 
-function takeScene(run: Run, message: Decoded): void {
+function takeScene(run: Run, _: number, message: Decoded): void {
   for (const entity of message.entities) {
     const obstacle = entity.frameId === `${run.name}/world` ? entity.id : null;
     const link = linkOf(run, entity.frameId);
@@ -204,14 +182,6 @@ function takeConnections(run: Run, time: number, message: Decoded): void {
     for (const connection of now) if (!before.includes(connection)) run.addEvent(time, `connected: ${connection}`);
   }
   run.connections = now;
-}
-
-function takeFault(run: Run, message: any): void {
-  run.takeFault({ ...message, time: toSeconds(message.timestamp) });
-}
-
-function takePrint(run: Run, message: any): void {
-  run.addEvent(toSeconds(message.timestamp), message.text, message);
 }
 
 function takeChannels(run: Run, time: number, message: Decoded): void {

@@ -37,12 +37,9 @@ export interface RoleInfo {
 /** What a run is of; parts that the server does not know are empty. */
 export interface Description {
   robot: string;
-  model: string;
   program: string;
   /** The program's text; empty if the server does not have it. */
   programText: string;
-  /** "lockstep" or "realtime". */
-  mode: string;
   /** Length of a control tick, seconds. */
   tick: number;
   modules: ModuleInfo[];
@@ -186,10 +183,8 @@ export const POSE_COLUMNS = ['x', 'y', 'z', 'qw', 'qx', 'qy', 'qz'] as const;
 export class Run {
   readonly description: Description = {
     robot: '',
-    model: '',
     program: '',
     programText: '',
-    mode: '',
     tick: 0.02,
     modules: [],
     roles: [],

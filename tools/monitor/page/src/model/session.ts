@@ -36,11 +36,8 @@ export class Session implements Listener {
   mayControl = false;
   /** The server has told what it shows. */
   informed = false;
-  serverName = '';
   /** Messages that came, for the rate of the page itself. */
   messages = 0;
-  /** The last notice of the server. */
-  notice: Notice | null = null;
   onRuns: () => void = () => {};
   onConnection: () => void = () => {};
   onNotice: (notice: Notice) => void = () => {};
@@ -62,7 +59,6 @@ export class Session implements Listener {
   }
 
   onServerInfo(info: ServerInfo): void {
-    this.serverName = info.name;
     this.mayControl = info.metadata?.control === 'yes';
     const sources = parseSources(info.metadata?.sources);
     const same =
@@ -104,8 +100,7 @@ export class Session implements Listener {
   }
 
   onStatus(level: number, message: string): void {
-    this.notice = { level, text: message };
-    this.onNotice(this.notice);
+    this.onNotice({ level, text: message });
   }
 
   /** The oldest and the newest instant that the page can show, and whether nothing newer will come. */

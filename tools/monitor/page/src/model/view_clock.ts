@@ -47,12 +47,6 @@ export class ViewClock {
     this.mode = 'hold';
   }
 
-  /** Jumps to an instant without stopping if it plays. */
-  jump(time: number): void {
-    this.held = time;
-    if (this.mode === 'follow') this.mode = 'hold';
-  }
-
   pause(): void {
     this.mode = 'hold';
   }

@@ -15,7 +15,6 @@ import {
 /** What the connection needs of a WebSocket, so that tests can put their own in its place. */
 export interface Socket {
   binaryType: string;
-  onopen: (() => void) | null;
   onclose: ((event: { code: number; reason: string }) => void) | null;
   onmessage: ((event: { data: unknown }) => void) | null;
   send(data: string | ArrayBufferView<ArrayBuffer>): void;

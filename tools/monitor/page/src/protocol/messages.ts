@@ -11,14 +11,12 @@ export interface Channel {
   schemaName: string;
   /** The base64 of a FileDescriptorSet with all that it imports. */
   schema: string;
-  schemaEncoding?: string;
 }
 
 /** A call that the server answers. */
 export interface Service {
   id: number;
   name: string;
-  type: string;
 }
 
 /** A value that the server holds. */
@@ -30,8 +28,6 @@ export interface Parameter {
 export interface ServerInfo {
   op: 'serverInfo';
   name: string;
-  capabilities: string[];
-  supportedEncodings?: string[];
   metadata?: Record<string, string>;
   /** Another one means another run of the server: what was known before is void. */
   sessionId?: string;
@@ -41,9 +37,8 @@ export type ServerMessage =
   | ServerInfo
   | { op: 'advertise'; channels: Channel[] }
   | { op: 'advertiseServices'; services: Service[] }
-  | { op: 'serviceCallFailure'; serviceId: number; callId: number; message: string }
+  | { op: 'serviceCallFailure'; callId: number; message: string }
   | { op: 'status'; level: number; message: string; id?: string }
-  | { op: 'removeStatus'; statusIds: string[] }
   | { op: 'parameterValues'; parameters: Parameter[]; id?: string };
 
 export const OP_MESSAGE_DATA = 1;
@@ -55,7 +50,7 @@ export const OP_CLIENT_SERVICE_REQUEST = 2;
 export type ServerFrame =
   | { op: typeof OP_MESSAGE_DATA; subscription: number; timestamp: bigint; payload: Uint8Array }
   | { op: typeof OP_TIME; timestamp: bigint }
-  | { op: typeof OP_SERVICE_RESPONSE; serviceId: number; callId: number; encoding: string; payload: Uint8Array };
+  | { op: typeof OP_SERVICE_RESPONSE; callId: number; payload: Uint8Array };
 
 /** Reads a binary frame; null if it is none that the page knows. */
 export function parseFrame(data: ArrayBuffer): ServerFrame | null {
@@ -74,13 +69,7 @@ export function parseFrame(data: ArrayBuffer): ServerFrame | null {
   if (op === OP_SERVICE_RESPONSE && view.byteLength >= 13) {
     const size = view.getUint32(9, true);
     if (13 + size > view.byteLength) return null;
-    return {
-      op,
-      serviceId: view.getUint32(1, true),
-      callId: view.getUint32(5, true),
-      encoding: new TextDecoder().decode(new Uint8Array(data, 13, size)),
-      payload: new Uint8Array(data, 13 + size),
-    };
+    return { op, callId: view.getUint32(5, true), payload: new Uint8Array(data, 13 + size) };
   }
   return null;
 }

@@ -1,8 +1,8 @@
 /** The channels of the bus with rates and losses, and the processes with processor time and memory. */
 
 import type { ChannelRow, Run } from '../model/run.ts';
-import { runTitle, type Context, type Panel } from './context.ts';
-import { element, fill } from './dom.ts';
+import { runHeading, type Context, type Panel } from './context.ts';
+import { button, element, fill, heading, numberCell, row, table } from './dom.ts';
 import { recall, remember } from './settings.ts';
 
 type Key = 'name' | 'messages' | 'rate' | 'bytesPerSecond' | 'lost' | 'bad';
@@ -49,7 +49,7 @@ export class ChannelsPanel implements Panel {
   }
 
   private section(run: Run): HTMLElement[] {
-    const title = this.context.session.runs.length > 1 ? [element('h3', {}, runTitle(this.context, run))] : [];
+    const title = runHeading(this.context, run);
     if (!run.channels.length) {
       return [
         ...title,
@@ -69,12 +69,7 @@ export class ChannelsPanel implements Panel {
         { class: lost + bad ? 'warn' : 'quiet' },
         `${run.channels.length} channels, ${lost} lost, ${bad} bad`,
       ),
-      element(
-        'table',
-        { class: 'list channels' },
-        element('thead', {}, element('tr', {}, ...COLUMNS.map((column) => this.heading(column)))),
-        element('tbody', {}, ...rows.map((row) => this.row(run, row))),
-      ),
+      table('channels', [row(...COLUMNS.map((column) => this.heading(column)))], rows.map((c) => this.row(run, c))),
       ...this.processes(run),
     ];
   }
@@ -93,33 +88,24 @@ export class ChannelsPanel implements Panel {
         class: key === 'name' ? '' : 'number',
         'aria-sort': active ? (this.order.descending ? 'descending' : 'ascending') : 'none',
       },
-      element(
-        'button',
-        { type: 'button', class: 'sort', title: help, onclick: sort },
-        title,
-        active && (this.order.descending ? ' ↓' : ' ↑'),
-      ),
+      button([title, active && (this.order.descending ? ' ↓' : ' ↑')], sort, { class: 'sort', title: help }),
     );
   }
 
   private row(run: Run, c: ChannelRow): HTMLElement {
     const name = c.name.startsWith(`${run.name}/`) ? c.name.slice(run.name.length + 1) : c.name;
-    const cell = (text: string, warn = false): HTMLElement =>
-      element('td', { class: `number${warn ? ' warn' : ''}` }, text);
-    return element(
-      'tr',
-      {},
+    return row(
       element(
         'td',
         {},
         element('span', { class: 'mono' }, name),
         element('div', { class: 'quiet' }, c.type || 'not decoded'),
       ),
-      cell(String(c.messages)),
-      cell(c.rate.toFixed(c.rate < 10 ? 1 : 0)),
-      cell((c.bytesPerSecond / 1000).toFixed(1)),
-      cell(String(c.lost), c.lost > 0),
-      cell(String(c.bad), c.bad > 0),
+      numberCell(String(c.messages)),
+      numberCell(c.rate.toFixed(c.rate < 10 ? 1 : 0)),
+      numberCell((c.bytesPerSecond / 1000).toFixed(1)),
+      numberCell(String(c.lost), c.lost > 0),
+      numberCell(String(c.bad), c.bad > 0),
     );
   }
 
@@ -128,34 +114,15 @@ export class ChannelsPanel implements Panel {
     const rows = [...run.health]
       .sort(([a], [b]) => a.localeCompare(b))
       .map(([name, health]) =>
-        element(
-          'tr',
-          {},
+        row(
           element('td', { class: 'mono' }, name),
-          element('td', { class: 'number' }, health.cpu.toFixed(2)),
-          element('td', { class: 'number' }, (health.memoryKb / 1024).toFixed(1)),
+          numberCell(health.cpu.toFixed(2)),
+          numberCell((health.memoryKb / 1024).toFixed(1)),
           element('td', { class: 'warn' }, health.refused),
         ),
       );
-    return [
-      element('h3', {}, 'Processes'),
-      element(
-        'table',
-        { class: 'list' },
-        element(
-          'thead',
-          {},
-          element(
-            'tr',
-            {},
-            element('th', { scope: 'col' }, 'Process'),
-            element('th', { scope: 'col', class: 'number' }, 'CPU s'),
-            element('th', { scope: 'col', class: 'number' }, 'MiB'),
-            element('th', { scope: 'col' }, 'Refused'),
-          ),
-        ),
-        element('tbody', {}, ...rows),
-      ),
-    ];
+    const number = { class: 'number' };
+    const head = row(heading('Process'), heading('CPU s', number), heading('MiB', number), heading('Refused'));
+    return [element('h3', {}, 'Processes'), table('', [head], rows)];
   }
 }

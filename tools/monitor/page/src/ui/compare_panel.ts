@@ -2,7 +2,7 @@
 
 import { timeText, valueText } from '../plot/ticks.ts';
 import { displayUnit, type Context, type Panel } from './context.ts';
-import { element, fill } from './dom.ts';
+import { button, element, fill, heading, numberCell, row, table } from './dom.ts';
 
 export class ComparePanel implements Panel {
   readonly element = element('div', { class: 'panel-body' });
@@ -50,8 +50,9 @@ export class ComparePanel implements Panel {
     const key = JSON.stringify([rows, rotation, difference.reference]);
     if (key === this.shown) return;
     this.shown = key;
-    const cell = (value: number, scale: number): HTMLElement =>
-      element('td', { class: 'number' }, valueText(value * scale));
+    const cell = (value: number, scale: number): HTMLElement => numberCell(valueText(value * scale));
+    const number = { class: 'number' };
+    const plot = (quantity: string) => (): void => this.plot(difference.pairNames.map((name) => `${name} ${quantity}`));
     fill(
       this.body,
       element(
@@ -60,54 +61,31 @@ export class ComparePanel implements Panel {
         `Distance of links with the same label, and the turn between them, since ${timeText(difference.reference)}. ` +
           'Links are matched by role and label; each position is that of the same point of both robots.',
       ),
-      element(
-        'table',
-        { class: 'list compare' },
-        element(
-          'thead',
-          {},
-          element(
-            'tr',
-            {},
-            element('th', { scope: 'col', rowspan: 2 }, 'Role.label'),
-            element('th', { scope: 'colgroup', colspan: 2, class: 'number' }, 'Position, mm'),
-            element('th', { scope: 'colgroup', colspan: 2, class: 'number' }, `Rotation, ${rotation.unit}`),
+      table(
+        'compare',
+        [
+          row(
+            heading('Role.label', { rowspan: 2 }),
+            heading('Position, mm', { scope: 'colgroup', colspan: 2, ...number }),
+            heading(`Rotation, ${rotation.unit}`, { scope: 'colgroup', colspan: 2, ...number }),
           ),
-          element(
-            'tr',
-            {},
-            ...['now', 'most', 'now', 'most'].map((text) => element('th', { scope: 'col', class: 'number' }, text)),
-          ),
-        ),
-        element(
-          'tbody',
-          {},
-          ...rows.map(([name, p, pMost, r, rMost]) =>
-            element(
-              'tr',
-              {},
-              element('td', {}, name),
-              cell(p, 1000),
-              cell(pMost, 1000),
-              cell(r, rotation.scale),
-              cell(rMost, rotation.scale),
-            ),
+          row(...['now', 'most', 'now', 'most'].map((text) => heading(text, number))),
+        ],
+        rows.map(([name, p, pMost, r, rMost]) =>
+          row(
+            element('td', {}, name),
+            cell(p, 1000),
+            cell(pMost, 1000),
+            cell(r, rotation.scale),
+            cell(rMost, rotation.scale),
           ),
         ),
       ),
       element(
         'div',
         { class: 'row' },
-        element(
-          'button',
-          { type: 'button', onclick: () => this.plot(difference.pairNames.map((n) => `${n} position`)) },
-          'Plot positions',
-        ),
-        element(
-          'button',
-          { type: 'button', onclick: () => this.plot(difference.pairNames.map((n) => `${n} rotation`)) },
-          'Plot rotations',
-        ),
+        button('Plot positions', plot('position')),
+        button('Plot rotations', plot('rotation')),
       ),
     );
   }

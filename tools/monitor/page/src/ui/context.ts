@@ -3,6 +3,7 @@
 import type { Run, SourcePlace } from '../model/run.ts';
 import type { Session } from '../model/session.ts';
 import type { ViewClock } from '../model/view_clock.ts';
+import { element } from './dom.ts';
 
 export interface Selection {
   run: Run;
@@ -42,6 +43,11 @@ export interface Panel {
 /** How a run is called on the page: with its letter where there are two. */
 export function runTitle(context: Context, run: Run): string {
   return context.session.runs.length > 1 ? `${run.letter} · ${run.name}` : run.name;
+}
+
+/** The heading of what is told of one run: none where there is one alone. */
+export function runHeading(context: Context, run: Run): HTMLElement[] {
+  return context.session.runs.length > 1 ? [element('h3', {}, runTitle(context, run))] : [];
 }
 
 /** The factor and the unit by which a quantity is shown: angles in degrees if the user wants them so. */

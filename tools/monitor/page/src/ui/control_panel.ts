@@ -4,7 +4,7 @@ import type { Decoded } from '../protocol/decoder.ts';
 import type { Run } from '../model/run.ts';
 import { timeText } from '../plot/ticks.ts';
 import { runTitle, type Context, type Panel } from './context.ts';
-import { button, element, fill, setText } from './dom.ts';
+import { button, element, fill, numberInput, setText } from './dom.ts';
 
 /** Answers that stay listed. */
 const LISTED = 30;
@@ -18,40 +18,16 @@ export class ControlPanel implements Panel {
   private readonly answers = element('ol', { class: 'answers', 'aria-live': 'polite', 'aria-label': 'Answers' });
   private readonly runSelect = element('select', { 'aria-label': 'Run to act on' });
   private readonly state = element('output', { class: 'run-state' });
-  private readonly stepTicks = element('input', {
-    type: 'number',
-    min: 1,
-    max: 100000,
-    value: 1,
-    'aria-label': 'Ticks',
-  });
-  private readonly speed = element('input', {
-    type: 'number',
-    min: 0,
-    step: 'any',
-    value: 1,
-    'aria-label': 'Speed, times real time; 0 is as fast as possible',
-  });
+  private readonly stepTicks = numberInput('Ticks', 1, { min: 1, max: 100000, step: 1 });
+  private readonly speed = numberInput('Speed, times real time; 0 is as fast as possible', 1);
   private readonly pushBody = element('select', { 'aria-label': 'Module to push' });
   private readonly pushDirection = element(
     'select',
     { 'aria-label': 'Direction' },
     ...DIRECTIONS.map((d) => element('option', {}, d)),
   );
-  private readonly pushForce = element('input', {
-    type: 'number',
-    min: 0,
-    step: 'any',
-    value: 5,
-    'aria-label': 'Force in newtons',
-  });
-  private readonly pushTime = element('input', {
-    type: 'number',
-    min: 0,
-    step: 'any',
-    value: 0.2,
-    'aria-label': 'Duration in seconds',
-  });
+  private readonly pushForce = numberInput('Force in newtons', 5);
+  private readonly pushTime = numberInput('Duration in seconds', 0.2);
   private readonly invokeCommand = element('select', { 'aria-label': 'Command' });
   private readonly invokeArguments = element('input', {
     type: 'text',
@@ -175,22 +151,23 @@ export class ControlPanel implements Panel {
   }
 
   private makeForms(): void {
-    const form = (legend: string, action: () => void, submit: string, ...parts: (Node | string)[]): HTMLElement =>
-      element(
+    const form = (legend: string, action: () => void, ...parts: Node[]): HTMLElement => {
+      const onsubmit = (event: Event): void => {
+        event.preventDefault();
+        action();
+      };
+      const head = element('legend', {}, legend);
+      return element(
         'form',
-        {
-          onsubmit: (event: Event) => {
-            event.preventDefault();
-            action();
-          },
-        },
-        element(
-          'fieldset',
-          { 'data-form': legend.toLowerCase() },
-          element('legend', {}, legend),
-          element('div', { class: 'row' }, ...parts, element('button', { type: 'submit', class: 'primary' }, submit)),
-        ),
+        { onsubmit },
+        element('fieldset', { 'data-form': legend.toLowerCase() }, head, ...parts),
       );
+    };
+    /** One command, with a button at its end that gives it. */
+    const order = (legend: string, action: () => void, submit: string, ...parts: Node[]): HTMLElement => {
+      const give = element('button', { type: 'submit', class: 'primary' }, submit);
+      return form(legend, action, element('div', { class: 'row' }, ...parts, give));
+    };
     const unit = (text: string): HTMLElement => element('span', { class: 'quiet' }, text);
     const file = element('input', {
       type: 'file',
@@ -201,34 +178,29 @@ export class ControlPanel implements Panel {
     fill(
       this.forms,
       this.runSelect,
-      element(
-        'form',
-        { onsubmit: (event: Event) => event.preventDefault() },
+      form(
+        'Run',
+        () => {},
+        this.state,
         element(
-          'fieldset',
-          { 'data-form': 'run' },
-          element('legend', {}, 'Run'),
-          this.state,
-          element(
-            'div',
-            { class: 'row' },
-            button('Pause run', () => this.give('pause'), {
-              title: 'Hold the simulation between two ticks (Shift+space)',
-            }),
-            button('Resume run', () => this.give('resume'), { title: 'Let it go on (Shift+space)' }),
-            this.stepTicks,
-            button('Step', () => this.give(`step ${this.stepTicks.value || 1}`), {
-              title: 'Run so many ticks, then hold',
-            }),
-            this.speed,
-            unit('×'),
-            button('Set speed', () => this.give(`speed ${this.speed.value || 1}`), {
-              title: 'Times real time; 0: as fast as possible',
-            }),
-          ),
+          'div',
+          { class: 'row' },
+          button('Pause run', () => this.give('pause'), {
+            title: 'Hold the simulation between two ticks (Shift+space)',
+          }),
+          button('Resume run', () => this.give('resume'), { title: 'Let it go on (Shift+space)' }),
+          this.stepTicks,
+          button('Step', () => this.give(`step ${this.stepTicks.value || 1}`), {
+            title: 'Run so many ticks, then hold',
+          }),
+          this.speed,
+          unit('×'),
+          button('Set speed', () => this.give(`speed ${this.speed.value || 1}`), {
+            title: 'Times real time; 0: as fast as possible',
+          }),
         ),
       ),
-      form(
+      order(
         'Push',
         () =>
           this.give(
@@ -242,7 +214,7 @@ export class ControlPanel implements Panel {
         this.pushTime,
         unit('s'),
       ),
-      form(
+      order(
         'Invoke',
         () => this.invoke(),
         'Invoke',
@@ -251,8 +223,8 @@ export class ControlPanel implements Panel {
         unit('to'),
         this.invokeTo,
       ),
-      form('Deploy', () => this.deploy(), 'Deploy', this.program, file, this.deployName, unit('to'), this.deployTo),
-      form('Other command', () => this.raw.value.trim() && this.give(this.raw.value.trim()), 'Give', this.raw),
+      order('Deploy', () => this.deploy(), 'Deploy', this.program, file, this.deployName, unit('to'), this.deployTo),
+      order('Other command', () => this.raw.value.trim() && this.give(this.raw.value.trim()), 'Give', this.raw),
     );
   }
 

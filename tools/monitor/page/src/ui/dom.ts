@@ -1,7 +1,7 @@
 /** Small helpers to make and fill elements. */
 
 type Child = Node | string | number | null | undefined | false;
-type Attributes = Record<string, string | number | boolean | null | undefined | ((event: any) => void)>;
+export type Attributes = Record<string, string | number | boolean | null | undefined | ((event: any) => void)>;
 
 /** An element with attributes, listeners (names that begin with "on") and children. */
 export function element<K extends keyof HTMLElementTagNameMap>(
@@ -51,7 +51,42 @@ export function swatch(colour: string): HTMLElement {
   return square;
 }
 
-/** A button with a text or symbol; `label` says what it does where the symbol does not. */
-export function button(text: string, onclick: () => void, attributes: Attributes = {}): HTMLButtonElement {
-  return element('button', { type: 'button', onclick, ...attributes }, text);
+/** A button with what it holds: a text, or a symbol whose meaning the attributes tell. */
+export function button(
+  content: Child | readonly Child[],
+  onclick: () => void,
+  attributes: Attributes = {},
+): HTMLButtonElement {
+  return element('button', { type: 'button', onclick, ...attributes }, ...[content].flat());
+}
+
+/** A box for a number, 0 or more, unless the attributes say otherwise; `label` tells people what it is. */
+export function numberInput(label: string, value: number, attributes: Attributes = {}): HTMLInputElement {
+  return element('input', { type: 'number', min: 0, step: 'any', value, 'aria-label': label, ...attributes });
+}
+
+/** A table: rows of headings, and the rows below them. */
+export function table(kind: string, head: readonly HTMLElement[], rows: readonly HTMLElement[]): HTMLElement {
+  return element('table', { class: `list ${kind}` }, element('thead', {}, ...head), element('tbody', {}, ...rows));
+}
+
+export function row(...cells: Child[]): HTMLElement {
+  return element('tr', {}, ...cells);
+}
+
+/** A heading of a column. */
+export function heading(text: string, attributes: Attributes = {}): HTMLElement {
+  return element('th', { scope: 'col', ...attributes }, text);
+}
+
+/** A cell with a number; `warn` marks one that should be another. */
+export function numberCell(text: string, warn = false): HTMLElement {
+  return element('td', { class: `number${warn ? ' warn' : ''}` }, text);
+}
+
+/** A dialog, which is closed at first; `label` is its name for those who do not see it. */
+export function dialog(kind: string, label: string, ...children: Child[]): HTMLDialogElement {
+  const made = element('dialog', { class: kind, 'aria-label': label }, ...children);
+  document.body.append(made);
+  return made;
 }

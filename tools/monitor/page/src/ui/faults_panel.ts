@@ -2,8 +2,8 @@
 
 import type { Fault, Run, RunEvent, SourcePlace } from '../model/run.ts';
 import { timeText } from '../plot/ticks.ts';
-import { runTitle, type Context, type Panel } from './context.ts';
-import { element, fill } from './dom.ts';
+import { runHeading, type Context, type Panel } from './context.ts';
+import { button, element, fill } from './dom.ts';
 
 /** Entries that are shown at most; the rest is counted. */
 const SHOWN = 200;
@@ -23,7 +23,7 @@ export class FaultsPanel implements Panel {
   }
 
   private section(run: Run): HTMLElement[] {
-    const title = this.context.session.runs.length > 1 ? [element('h3', {}, runTitle(this.context, run))] : [];
+    const title = runHeading(this.context, run);
     const faults = run.faults.list.slice(-SHOWN).reverse();
     const total = run.faults.total;
     const list = faults.length
@@ -44,38 +44,24 @@ export class FaultsPanel implements Panel {
       ...more,
       element('h3', {}, 'What happened'),
       events.length
-        ? element(
-            'ol',
-            { class: 'events' },
-            ...events.map((event) => this.event(run, event)),
-          )
+        ? element('ol', { class: 'events' }, ...events.map((event) => this.event(run, event)))
         : element('p', { class: 'empty' }, 'Nothing yet: what programs print, commands, changes of roles and connections are listed here.'),
     ];
   }
 
   private time(time: number): HTMLElement {
-    return element(
-      'button',
-      { type: 'button', class: 'time', title: 'Show this instant', onclick: () => this.context.seek(time) },
-      timeText(time),
-    );
+    return button(timeText(time), () => this.context.seek(time), { class: 'time', title: 'Show this instant' });
   }
 
   /** The place as a button, with the function's name behind it; an empty text where there is none. */
   private place(run: Run, place: SourcePlace, inside: string): HTMLElement | string {
     const text = place.line ? `${place.file || 'program'}:${place.line}` : place.file;
     if (!text) return '';
-    return element(
-      'button',
-      {
-        type: 'button',
-        class: 'place',
-        title: 'Show the program at this line',
-        onclick: () => this.context.showSource(run, place),
-      },
-      text,
-      inside && element('span', { class: 'quiet' }, ` in ${inside}`),
-    );
+    const parts = [text, inside && element('span', { class: 'quiet' }, ` in ${inside}`)];
+    return button(parts, () => this.context.showSource(run, place), {
+      class: 'place',
+      title: 'Show the program at this line',
+    });
   }
 
   private event(run: Run, event: RunEvent): HTMLElement {

@@ -1,8 +1,8 @@
 /** A dialog in which fields to plot are found by typing parts of their names. */
 
-import { fieldsOf, matchFields, type Field } from '../model/fields.ts';
+import { fieldsIn, fieldsOf, matchFields, type Field } from '../model/fields.ts';
 import type { Session } from '../model/session.ts';
-import { button, element, fill } from './dom.ts';
+import { button, dialog, element, fill } from './dom.ts';
 
 /** Fields that are listed at most; whoever wants another types more of its name. */
 const LISTED = 300;
@@ -22,10 +22,9 @@ export class FieldPicker {
   private done: (ids: string[]) => void = () => {};
 
   constructor(private readonly session: Session) {
-    const close = (): void => this.dialog.close();
-    this.dialog = element(
-      'dialog',
-      { class: 'picker', 'aria-label': 'Fields to plot' },
+    this.dialog = dialog(
+      'picker',
+      'Fields to plot',
       element(
         'form',
         { method: 'dialog', onsubmit: () => this.done([...this.chosen]) },
@@ -36,12 +35,11 @@ export class FieldPicker {
         element(
           'div',
           { class: 'row end' },
-          button('Cancel', close),
+          button('Cancel', () => this.dialog.close()),
           element('button', { type: 'submit', class: 'primary' }, 'Plot'),
         ),
       ),
     );
-    document.body.append(this.dialog);
   }
 
   /** Lets the user choose, and calls `done` with the ids of what is chosen then. */
@@ -49,18 +47,8 @@ export class FieldPicker {
     this.chosen = new Set(chosen);
     this.done = done;
     this.fields = this.session.runs.flatMap(fieldsOf);
-    const difference = this.session.difference;
-    if (difference) {
-      for (const column of difference.table.columnNames) {
-        this.fields.push({
-          id: `|difference|${column}`,
-          run: '',
-          table: 'difference',
-          column,
-          unit: column.endsWith('rotation') ? 'rad' : 'm',
-        });
-      }
-    }
+    const { difference } = this.session;
+    if (difference) this.fields.push(...fieldsIn('', 'difference', difference));
     this.search.value = '';
     this.list();
     this.dialog.showModal();

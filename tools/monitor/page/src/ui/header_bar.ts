@@ -3,12 +3,15 @@
 import type { Run } from '../model/run.ts';
 import { runTitle, type Context } from './context.ts';
 import { button, element, fill, setText } from './dom.ts';
-import { icon } from './icons.ts';
+import { iconButton } from './icons.ts';
 
 export class HeaderBar {
   readonly element: HTMLElement;
   private readonly sources = element('div', { class: 'sources' });
-  private readonly connection = element('button', { type: 'button', class: 'connection', 'data-field': 'connection' });
+  private readonly connection = button('', () => this.context.session.connection.connect(), {
+    class: 'connection',
+    'data-field': 'connection',
+  });
   private readonly banner = element('div', { class: 'banner', role: 'alert', hidden: true });
   private shown = '';
   private connectionKey = '';
@@ -18,12 +21,6 @@ export class HeaderBar {
     theme: () => void,
     help: () => void,
   ) {
-    const withIcon = (name: 'theme' | 'help', label: string, action: () => void): HTMLButtonElement => {
-      const made = button('', action, { class: 'icon-button', title: label, 'aria-label': label, 'data-action': name });
-      made.append(icon(name));
-      return made;
-    };
-    this.connection.addEventListener('click', () => context.session.connection.connect());
     this.element = element(
       'header',
       { class: 'bar' },
@@ -31,8 +28,8 @@ export class HeaderBar {
       this.sources,
       element('span', { class: 'spring' }),
       this.connection,
-      withIcon('theme', 'Dark or light (D)', theme),
-      withIcon('help', 'Help and keys (?)', help),
+      iconButton('theme', 'Dark or light (D)', theme, { class: 'icon-button', 'data-action': 'theme' }),
+      iconButton('help', 'Help and keys (?)', help, { class: 'icon-button', 'data-action': 'help' }),
       this.banner,
     );
   }

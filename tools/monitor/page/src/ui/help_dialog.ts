@@ -1,6 +1,6 @@
 /** The dialog that explains the page and lists its keys. */
 
-import { button, element } from './dom.ts';
+import { button, dialog, element } from './dom.ts';
 
 /** Keys and what they do, in groups. */
 export const KEYS: [string, [string, string][]][] = [
@@ -50,9 +50,9 @@ export class HelpDialog {
   private readonly dialog: HTMLDialogElement;
 
   constructor() {
-    this.dialog = element(
-      'dialog',
-      { class: 'help', 'aria-label': 'Help' },
+    this.dialog = dialog(
+      'help',
+      'Help',
       element('h2', {}, 'Morphbus monitor'),
       element(
         'p',
@@ -87,7 +87,6 @@ export class HelpDialog {
         button('Close', () => this.dialog.close(), { class: 'primary', autofocus: true }),
       ),
     );
-    document.body.append(this.dialog);
   }
 
   open(): void {

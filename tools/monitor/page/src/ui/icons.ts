@@ -1,20 +1,30 @@
 /** Icons as paths in a square of 16 units, drawn in the colour of the text beside them. */
 
+import { button, type Attributes } from './dom.ts';
+
 const PATHS = {
   play: 'M4 2.5v11l9-5.5z',
   pause: 'M4 2.5h3v11H4zM9 2.5h3v11H9z',
   stepBack: 'M4 2.5h2v11H4zM13 2.5v11L7 8z',
   stepForward: 'M10 2.5h2v11h-2zM3 2.5v11L9 8z',
   start: 'M3 2.5h2v11H3zM9.5 2.5v11L5.5 8zM14 2.5v11L10 8z',
-  live: 'M8 5a3 3 0 1 0 0 6 3 3 0 0 0 0-6z',
   close: 'M3.5 2.4 8 6.9l4.5-4.5 1.1 1.1L9.1 8l4.5 4.5-1.1 1.1L8 9.1l-4.5 4.5-1.1-1.1L6.9 8 2.4 3.5z',
   add: 'M7 2.5h2V7h4.5v2H9v4.5H7V9H2.5V7H7z',
   help: 'M5 5.6C5 3.7 6.3 2.5 8.1 2.5S11.2 3.7 11.2 5.3c0 2.3-2.4 2.4-2.4 4.4H7.2c0-2.6 2.3-2.9 2.3-4.3 0-.8-.6-1.3-1.4-1.3-.9 0-1.4.5-1.5 1.5zM7.1 11.2h1.9v2H7.1z',
   theme: 'M8 1.5a6.5 6.5 0 1 0 0 13zm0 1.6v9.8',
-  camera: 'M2 4h3l1-1.5h4L11 4h3v9H2zm6 2a2.5 2.5 0 1 0 0 5 2.5 2.5 0 0 0 0-5z',
 } as const;
 
-export type IconName = keyof typeof PATHS;
+type IconName = keyof typeof PATHS;
+
+/** A button with an icon alone; `title` says what it does. */
+export function iconButton(
+  name: IconName,
+  title: string,
+  action: () => void,
+  attributes: Attributes,
+): HTMLButtonElement {
+  return button(icon(name), action, { title, 'aria-label': title, ...attributes });
+}
 
 export function icon(name: IconName): SVGSVGElement {
   const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');

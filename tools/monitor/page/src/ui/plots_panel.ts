@@ -10,7 +10,7 @@ import { LINE_COLOURS, shade } from '../view3d/palette.ts';
 import { displayUnit, type Context, type Panel } from './context.ts';
 import { button, element, fill, setText } from './dom.ts';
 import { FieldPicker } from './field_picker.ts';
-import { icon } from './icons.ts';
+import { icon, iconButton } from './icons.ts';
 import { recall, remember } from './settings.ts';
 
 /** Lengths of the window of time, seconds; 0: all that is there. */
@@ -52,15 +52,10 @@ export class PlotsPanel implements Panel {
     { 'aria-label': 'Length of the plots', onchange: () => this.setWindow(Number(this.windowSelect.value)) },
     ...WINDOWS.map((w) => element('option', { value: w, selected: w === this.window }, w ? `${w} s` : 'all')),
   );
-  /** Drawings so far and points of the last one, for measurements. */
-  drawings = 0;
 
   constructor(private readonly context: Context) {
     this.picker = new FieldPicker(context.session);
-    const add = button('Add plot', () => this.picker.open([], (ids) => ids.length && this.add(ids)), {
-      'data-action': 'add-plot',
-    });
-    add.prepend(icon('add'));
+    const choose = (): void => this.picker.open([], (ids) => ids.length && this.add(ids));
     const degrees = element('input', {
       type: 'checkbox',
       checked: context.degrees,
@@ -76,7 +71,7 @@ export class PlotsPanel implements Panel {
         'div',
         { class: 'toolbar' },
         element('h2', {}, 'Plots'),
-        add,
+        button([icon('add'), 'Add plot'], choose, { 'data-action': 'add-plot' }),
         element('span', { class: 'spring' }),
         element('label', {}, degrees, 'degrees'),
         this.windowSelect,
@@ -152,7 +147,6 @@ export class PlotsPanel implements Panel {
     this.drawnKey = key;
     const marks = session.runs.flatMap((run) => run.faults.list.map((fault) => fault.time));
     for (const view of this.views) this.draw(view, from, to, marks);
-    this.drawings++;
   }
 
   private draw(view: PlotView, from: number, to: number, marks: number[]): void {
@@ -197,40 +191,20 @@ export class PlotsPanel implements Panel {
     const parsed = parseFieldId(id);
     if (!parsed) return null;
     const { session } = this.context;
-    if (parsed.table === 'difference') {
-      const table = session.difference?.table;
-      const column = table?.find(parsed.column) ?? -1;
-      if (!table || column < 0) return null;
-      const series: Series = {
-        get length() {
-          return table.length;
-        },
-        time: (r) => table.time(r),
-        value: (r) => table.value(column, r),
-        lowerBound: (t) => table.lowerBound(t),
-      };
-      const shown = displayUnit(parsed.column.endsWith('rotation') ? 'rad' : 'm', this.context.degrees);
-      const millimetres = shown.unit === 'm';
-      return {
-        series,
-        colour,
-        scale: millimetres ? 1000 : shown.scale,
-        unit: millimetres ? 'mm' : shown.unit,
-        dashed: false,
-        name: parsed.column,
-      };
-    }
     const run = session.runs.find((r) => r.name === parsed.run);
-    const found = run && seriesOf(run, parsed.table, parsed.column);
-    if (!run || !found) return null;
+    const isDifference = parsed.table === 'difference';
+    const found = seriesOf(isDifference ? session.difference : run?.tables.get(parsed.table), parsed.column);
+    if (!found) return null;
+    // What two like robots differ by is small.
     const shown = displayUnit(found.unit, this.context.degrees);
+    const { unit, scale } = isDifference && shown.unit === 'm' ? { unit: 'mm', scale: 1000 } : shown;
     return {
       series: found.series,
       colour,
-      scale: shown.scale,
-      unit: shown.unit,
-      dashed: session.runs.indexOf(run) > 0,
-      name: this.nameOf(run, parsed.table, parsed.column),
+      scale,
+      unit,
+      dashed: run !== undefined && session.runs.indexOf(run) > 0,
+      name: run ? this.nameOf(run, parsed.table, parsed.column) : parsed.column,
     };
   }
 
@@ -252,19 +226,16 @@ export class PlotsPanel implements Panel {
       ...lines.map((line, i) => {
         const colour = element('span', { class: 'stroke', 'aria-hidden': 'true' });
         colour.style.background = colours[i];
-        const remove = button('', () => this.removeField(view, i), {
-          class: 'small',
-          'aria-label': `Remove ${line?.name ?? view.fields[i]} from the plot`,
-          title: 'Remove from the plot',
-        });
-        remove.append(icon('close'));
         return element(
           'span',
           { class: 'entry' },
           colour,
           element('span', { class: 'name' }, line?.name ?? view.fields[i].replace(/\|/g, ' ')),
           view.values[i],
-          remove,
+          iconButton('close', 'Remove from the plot', () => this.removeField(view, i), {
+            class: 'small',
+            'aria-label': `Remove ${line?.name ?? view.fields[i]} from the plot`,
+          }),
         );
       }),
     );
@@ -282,23 +253,16 @@ export class PlotsPanel implements Panel {
       legendKey: '',
       values: [],
     };
-    const edit = button('', () => this.picker.open(view.fields, (ids) => this.setFields(view, ids)), {
-      class: 'small',
-      title: 'Choose the fields of this plot',
-      'aria-label': 'Choose the fields of this plot',
-    });
-    edit.append(icon('add'));
-    const close = button(
-      '',
-      () => {
-        this.drop(view);
-        this.save();
-      },
-      { class: 'small', title: 'Close this plot', 'aria-label': 'Close this plot' },
-    );
-    close.append(icon('close'));
+    const edit = (): void => this.picker.open(view.fields, (ids) => this.setFields(view, ids));
     view.element.append(
-      element('div', { class: 'plot-head' }, legend, element('span', { class: 'spring' }), edit, close),
+      element(
+        'div',
+        { class: 'plot-head' },
+        legend,
+        element('span', { class: 'spring' }),
+        iconButton('add', 'Choose the fields of this plot', edit, { class: 'small' }),
+        iconButton('close', 'Close this plot', () => this.setFields(view, []), { class: 'small' }),
+      ),
       canvas,
     );
     canvas.addEventListener('pointermove', (event) => (this.hover = view.plot.timeAt(event.offsetX) ?? NaN));

@@ -1,8 +1,8 @@
 /** The list of modules with role, labels, convention signs and tasks, as of the instant that is shown. */
 
 import { endedText, type ModuleState, type Run } from '../model/run.ts';
-import { runTitle, type Context, type Panel } from './context.ts';
-import { breakable, element, fill, swatch } from './dom.ts';
+import { runHeading, type Context, type Panel } from './context.ts';
+import { breakable, button, element, fill, heading, row, swatch, table } from './dom.ts';
 
 /** A convention sign as people write it. */
 export function signText(sign: number): string {
@@ -36,7 +36,7 @@ export class RolesPanel implements Panel {
   }
 
   private section(run: Run, states: readonly (readonly [string, ModuleState | null])[]): HTMLElement[] {
-    const title = this.context.session.runs.length > 1 ? [element('h3', {}, runTitle(this.context, run))] : [];
+    const title = runHeading(this.context, run);
     if (!states.length) {
       return [
         ...title,
@@ -48,41 +48,18 @@ export class RolesPanel implements Panel {
       ];
     }
     const rows = states.map(([module, state]) => this.row(run, module, state));
-    const table = element(
-      'table',
-      { class: 'list roles' },
-      element(
-        'thead',
-        {},
-        element(
-          'tr',
-          {},
-          element('th', { scope: 'col' }, 'Module'),
-          element('th', { scope: 'col' }, 'Role'),
-          element('th', { scope: 'col' }, 'Labels and signs'),
-        ),
-      ),
-      element('tbody', {}, ...rows),
-    );
-    return [...title, table];
+    return [...title, table('roles', [row(heading('Module'), heading('Role'), heading('Labels and signs'))], rows)];
   }
 
   private row(run: Run, module: string, state: ModuleState | null): HTMLElement {
     const { context } = this;
     const selected = context.selected?.run === run && context.selected.module === module;
     const select = (): void => context.select(selected ? null : { run, module });
-    const pick = element(
-      'button',
-      {
-        type: 'button',
-        class: 'pick',
-        'aria-pressed': selected ? 'true' : 'false',
-        onclick: select,
-        title: 'Mark this module in the view',
-      },
-      swatch(context.colourOf(run, module)),
-      module,
-    );
+    const pick = button([swatch(context.colourOf(run, module)), module], select, {
+      class: 'pick',
+      'aria-pressed': selected ? 'true' : 'false',
+      title: 'Mark this module in the view',
+    });
     return element(
       'tr',
       { 'data-module': module, 'data-role': state?.role ?? '', class: selected ? 'selected' : '' },

@@ -1,6 +1,6 @@
 /** A dialog that shows a program with one line marked. */
 
-import { button, element, fill } from './dom.ts';
+import { button, dialog, element, fill } from './dom.ts';
 
 export class SourceDialog {
   private readonly title = element('h2');
@@ -8,9 +8,9 @@ export class SourceDialog {
   private readonly dialog: HTMLDialogElement;
 
   constructor() {
-    this.dialog = element(
-      'dialog',
-      { class: 'source-dialog', 'aria-label': 'Program' },
+    this.dialog = dialog(
+      'source-dialog',
+      'Program',
       this.title,
       this.lines,
       element(
@@ -19,7 +19,6 @@ export class SourceDialog {
         button('Close', () => this.dialog.close()),
       ),
     );
-    document.body.append(this.dialog);
   }
 
   /** Shows `text` with line `line`, from 1, in the middle. */

@@ -4,7 +4,7 @@ import { SPEEDS } from '../model/view_clock.ts';
 import { timeText } from '../plot/ticks.ts';
 import type { Context, Panel } from './context.ts';
 import { button, element, setText } from './dom.ts';
-import { icon } from './icons.ts';
+import { icon, iconButton } from './icons.ts';
 
 /** The slider counts in milliseconds. */
 const MS = 1000;
@@ -40,15 +40,8 @@ export class Timeline implements Panel {
   private drawnKey = '';
 
   constructor(private readonly context: Context) {
-    const symbol = (
-      name: 'stepBack' | 'stepForward' | 'start',
-      title: string,
-      action: () => void,
-    ): HTMLButtonElement => {
-      const made = button('', action, { class: 'transport', title, 'aria-label': title, 'data-action': name });
-      made.append(icon(name));
-      return made;
-    };
+    const symbol = (name: 'stepBack' | 'stepForward' | 'start', title: string, action: () => void): HTMLElement =>
+      iconButton(name, title, action, { class: 'transport', 'data-action': name });
     this.slider.addEventListener('input', () => {
       this.dragging = true;
       this.context.seek(Number(this.slider.value) / MS);

@@ -17,8 +17,9 @@ import { POSE_COLUMNS, type Run, type Shape } from '../model/run.ts';
 import { fixedPoseAt } from './interpolate.ts';
 import { addEdges, LinkMaterial } from './link_material.ts';
 
-/** Points of a trail at most. */
+/** Points of a trail at most, and how many seconds of sim time it goes back. */
 const TRAIL_POINTS = 120;
+const TRAIL_SECONDS = 6;
 /** How long an axis of a frame is drawn, metres. */
 const FRAME_SIZE = 0.035;
 
@@ -32,10 +33,6 @@ const LINK_ROOM = 0.06;
 export interface RobotOptions {
   frames: boolean;
   trails: boolean;
-  /** Seconds of sim time that a trail goes back. */
-  trailSeconds: number;
-  /** Drawn so that what lies behind can be seen. */
-  translucent: boolean;
 }
 
 interface LinkView {
@@ -136,7 +133,7 @@ export class RobotView {
       link.object.quaternion.set(pose.q[1], pose.q[2], pose.q[3], pose.q[0]);
       this.centre.add(link.object.position);
       n++;
-      this.paint(link, colour(link.module), selected === link.module, options.translucent);
+      this.paint(link, colour(link.module), selected === link.module);
       this.showFrame(link, options.frames);
     });
     if (n) this.centre.divideScalar(n);
@@ -155,17 +152,11 @@ export class RobotView {
     this.dropTrails();
   }
 
-  private paint(link: LinkView, colour: string, selected: boolean, translucent: boolean): void {
+  private paint(link: LinkView, colour: string, selected: boolean): void {
     const material = link.mesh.material;
     material.color.set(colour);
     material.emissive.set(selected ? colour : '#000000');
     material.emissiveIntensity = selected ? 0.45 : 0;
-    if (material.transparent !== translucent) {
-      material.transparent = translucent;
-      material.opacity = translucent ? 0.4 : 1;
-      material.depthWrite = !translucent;
-      material.needsUpdate = true;
-    }
     material.setSelected(selected);
   }
 
@@ -245,7 +236,7 @@ export class RobotView {
       }
     }
     const poses = this.run.poses;
-    const first = Math.max(0, poses.lowerBound(time - options.trailSeconds));
+    const first = Math.max(0, poses.lowerBound(time - TRAIL_SECONDS));
     const step = Math.max(1, Math.ceil((row - first + 1) / TRAIL_POINTS));
     for (const trail of this.trails) {
       let n = 0;

@@ -54,8 +54,6 @@ export class View3D {
     follow: true,
     frames: false,
     trails: true,
-    trailSeconds: 6,
-    translucent: false,
     layout: 'beside',
   };
   /** Who is asked for a module's colour. */
