@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <morphbus/actuator_t.hpp>
@@ -107,6 +108,8 @@ class Rerun {
     const Topic topic = message->name.topic;
     const int64_t tick = message->header.tick;
     const bool own = message->name.process == module_.name;
+    // After END nothing is missing that could still have been written.
+    if (topic == Topic::kEnd) newest_said_ = std::numeric_limits<int64_t>::max();
     if (topic == Topic::kTransform && !own) return TakeNeighbour(*message);
     if ((topic != Topic::kSensors && !own) || tick < next_tick_) return;
     if (topic == Topic::kSensors) return TakeSensors(*message);
@@ -160,6 +163,8 @@ class Rerun {
     const int64_t tick = message.header.tick;
     const auto transform = bridge::DecodeAs<morphbus::transform_t>(message);
     if (!transform || tick < next_tick_ - kOldestUsefulTicks) return;
+    // As long as others are heard the log goes on, and lacks what a lost module does not say.
+    newest_said_ = std::max(newest_said_, tick);
     heard_[static_cast<uint16_t>(transform->module_id)].insert_or_assign(
         tick, MessageBytes(message.data, message.data + message.size));
   }
@@ -333,7 +338,7 @@ class Rerun {
   std::unique_ptr<vm::TickOutput> output_ = std::make_unique<vm::TickOutput>();
   uint16_t module_id_ = 0;
   /// By tick, those that have not been computed yet; the next of them; the newest that the log has
-  /// come to, and of which the module said anything.
+  /// come to, and of which any module said anything.
   std::map<int64_t, Tick> ticks_;
   int64_t next_tick_ = 0, newest_tick_ = -1, newest_said_ = -1;
   int64_t status_count_ = 0;  ///< By the last tick that was computed.

@@ -9,9 +9,10 @@ from support import MODEL, PROGRAM, SOURCE, ShortRun, as_json, decode, encode, m
 class Rerun(ShortRun):
     MODULES = [f'm{i}' for i in range(1, 10)]
 
-    def record(self, name, *options, seconds=3):
+    def record(self, name, *options, seconds=3, status=0):
         log = self.folder / f'{name}.log'
-        morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', seconds, '--run', name, '--log', log, *options)
+        morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', seconds, '--run', name, '--log', log, *options,
+                 status=status)
         return log
 
     def test_every_module_says_again_what_it_said(self):
@@ -44,6 +45,12 @@ class Rerun(ShortRun):
         for module in ('m5', 'm7', 'm1'):
             again = as_json('replay', log, '--into', module)
             self.assertTrue(again['same'], (module, again))
+
+    def test_what_a_lost_module_does_not_say_is_counted_to_the_end_of_the_log(self):
+        # Without m3 the others know no place of theirs, and have no role, in the end.
+        lost = self.record('lost', '--lose', 'm3@1', '--inproc', status=1)
+        again = as_json('replay', lost, '--into', 'm3')
+        self.assertEqual((again['same'], again['ticks'], again['skipped']), (True, 50, 100))
 
     def test_an_altered_command_is_named(self):
         events = read_events(self.short)
