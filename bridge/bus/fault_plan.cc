@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <set>
 #include <string_view>
@@ -31,14 +30,6 @@ const std::vector<std::string>& Keys() {
                                                 "late",    "by",        "corrupt", "process",
                                                 "channel", "from",      "until"};
   return keys;
-}
-
-/// A number of the whole text; false if there is anything else in it.
-template <class Number>
-bool ReadNumber(std::string_view text, Number* number) {
-  const char* end = text.data() + text.size();
-  const std::from_chars_result read = std::from_chars(text.data(), end, *number);
-  return read.ec == std::errc() && read.ptr == end && !text.empty();
 }
 
 /// Seconds of a text with a unit; a number alone is none here.
@@ -95,8 +86,8 @@ class Parser {
 
   /// "seed NUMBER", once in the file.
   void ParseSeed(const std::vector<Word>& words) {
-    uint64_t seed = 0;
-    if (words.size() != 2 || !ReadNumber(words[1].text, &seed)) {
+    const auto seed = words.size() == 2 ? ReadNumber<uint64_t>(words[1].text) : std::nullopt;
+    if (!seed) {
       diagnostics_->Error(words.back().span, "expected one whole number after 'seed'");
     } else if (plan_.seed) {
       diagnostics_->Error(words[0].span, "the seed is given twice");
@@ -175,7 +166,11 @@ class Parser {
 
   /// How many later messages may come before a late one.
   void ParseDelay(const Word& value, int* delay) {
-    if (ReadNumber(value.text, delay) && *delay >= 1 && *delay <= kMostFaultDelay) return;
+    const auto number = ReadNumber<int>(value.text);
+    if (number && *number >= 1 && *number <= kMostFaultDelay) {
+      *delay = *number;
+      return;
+    }
     diagnostics_->Error(value.span,
                         "expected a number of messages, 1 to " + std::to_string(kMostFaultDelay));
   }
@@ -193,9 +188,9 @@ class Parser {
 
   /// Seconds of sim time end in s; a number alone is a tick.
   void ParseTime(const Word& value, int64_t* tick, int64_t* us) {
-    int64_t number = 0;
-    if (ReadNumber(value.text, &number) && number >= 0) {
-      *tick = number;
+    const auto number = ReadNumber<int64_t>(value.text);
+    if (number && *number >= 0) {
+      *tick = *number;
       return;
     }
     // The bound keeps the product below in 64 bits.

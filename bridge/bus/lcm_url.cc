@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -18,6 +17,8 @@
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "compiler/base/quantity.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -36,12 +37,7 @@ tl::unexpected<Error> Bad(const std::string& url, const std::string& why) {
 }
 
 /// The whole text as a decimal number; -1 if it is none.
-int64_t ToNumber(std::string_view text) {
-  int64_t number = 0;
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), number);
-  const bool all = result.ec == std::errc() && result.ptr == text.data() + text.size();
-  return all ? number : -1;
-}
+int64_t ToNumber(std::string_view text) { return ReadNumber<int64_t>(text).value_or(-1); }
 
 /// Takes PROVIDER://NETWORK?NAME=VALUE&... apart; the names are checked later.
 Result<Parts> Split(const std::string& url) {

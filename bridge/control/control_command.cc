@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -73,28 +72,11 @@ std::vector<std::string> SplitWords(std::string_view text, char separator) {
   return words;
 }
 
-/// The whole word as a number, finite if it is a double; nothing if it is none.
-template <class Number>
-std::optional<Number> ToNumber(std::string_view word, int base = 10) {
-  Number number = 0;
-  const char* end = word.data() + word.size();
-  // Unlike strtod this knows no locale, no blanks and no plus sign.
-  std::from_chars_result read = {};
-  if constexpr (std::is_floating_point_v<Number>) {
-    read = std::from_chars(word.data(), end, number);
-    if (!std::isfinite(number)) return std::nullopt;
-  } else {
-    read = std::from_chars(word.data(), end, number, base);
-  }
-  if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
-  return number;
-}
-
 /// Reads a number from `least` to `most` into `out`.
 template <class Number>
 Result<void> TakeNumber(const std::string& what, const std::string& word, Number least, Number most,
                         Number* out) {
-  const std::optional<Number> number = ToNumber<Number>(word);
+  const std::optional<Number> number = ReadNumber<Number>(word);
   if (!number || *number < least || *number > most) {
     return Fail(fmt::format("{}: expected a number, {} to {}, not '{}'", what, least, most, word));
   }
@@ -221,12 +203,8 @@ Result<void> TakePush(const std::vector<std::string>& words, ControlCommand* com
 /// PROGRAM [HASH]: people name the program, tools add the hash of its image.
 Result<void> TakeDeploy(const std::vector<std::string>& words, ControlCommand* command) {
   command->program = words[1];
-  // In a script the rest of the line would be a comment.
-  if (words[1].find('#') != std::string::npos) {
-    return Fail("deploy: a path must not hold '#': " + words[1]);
-  }
   if (words.size() == 2) return {};
-  const std::optional<uint64_t> hash = ToNumber<uint64_t>(words[2], 16);
+  const std::optional<uint64_t> hash = ReadNumber<uint64_t>(words[2], 16);
   if (!hash || *hash == 0) {
     return Fail("deploy: '" + words[2] + "' is no hash of an image (a path must not hold blanks)");
   }
@@ -331,6 +309,7 @@ Result<void> CheckPush(const ControlCommand& command) {
 
 Result<void> CheckDeploy(const ControlCommand& command) {
   Result<void> sound = CheckWord("a path", command.program);
+  // In a script the rest of the line would be a comment.
   if (sound && command.program.find('#') != std::string::npos) {
     return Fail("deploy: a path must not hold '#': " + command.program);
   }

@@ -2,11 +2,32 @@
 // Times, angles and fractions as people write them on command lines and in files: a number, and
 // behind it, if they like, its unit. There is nothing between the two.
 
+#include <charconv>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 namespace morphbus {
+
+/// The whole text as a number of a type, such as "12"; of an integer in this base. Nothing for
+/// another text, for a number that the type does not hold, and for one that is not finite. Unlike
+/// strtod this knows no locale, no blanks and no plus sign.
+template <class Number>
+[[nodiscard]] std::optional<Number> ReadNumber(std::string_view text, int base = 10) {
+  Number number = 0;
+  const char* end = text.data() + text.size();
+  std::from_chars_result read = {};
+  if constexpr (std::is_floating_point_v<Number>) {
+    read = std::from_chars(text.data(), end, number);
+    if (!std::isfinite(number)) return std::nullopt;
+  } else {
+    read = std::from_chars(text.data(), end, number, base);
+  }
+  if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
+  return number;
+}
 
 /// A finite number alone, "2.5", of a quantity that is written without its unit; nothing for
 /// another text.

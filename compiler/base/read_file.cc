@@ -5,12 +5,13 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <map>
 #include <mutex>
 #include <system_error>
+
+#include "compiler/base/quantity.h"
 
 namespace morphbus {
 namespace {
@@ -72,11 +73,9 @@ std::optional<int> OwnDescriptor(const std::string& path) {
   if (plain == "/dev/stderr") return STDERR_FILENO;
   for (const std::string folder : {"/dev/fd/", "/proc/self/fd/"}) {
     if (!plain.starts_with(folder)) continue;
-    int number = 0;
-    const char* end = plain.data() + plain.size();
     // The whole rest of the name must be a number: /dev/fd/1x is an ordinary path.
-    const auto read = std::from_chars(plain.data() + folder.size(), end, number);
-    if (read.ec == std::errc() && read.ptr == end && number >= 0) return number;
+    const auto number = ReadNumber<int>(std::string_view(plain).substr(folder.size()));
+    if (number && *number >= 0) return number;
   }
   return std::nullopt;
 }

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
-#include <charconv>
 
 #include "compiler/base/quantity.h"
 #include "tools/base/messages.h"
@@ -208,11 +207,7 @@ Option Subcommand::Json(bool* target) {
 Option Subcommand::Seed(uint64_t* target, const std::string& what) {
   // The text is parsed once more here: CLI11 takes -1 for the largest unsigned number.
   const auto check = [](const std::string& text) {
-    uint64_t value = 0;
-    const char* end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    return error == std::errc() && stop == end ? std::string()
-                                               : "a seed is a whole number, 0 to 2^64 - 1";
+    return std::string(ReadNumber<uint64_t>(text) ? "" : "a seed is a whole number, 0 to 2^64 - 1");
   };
   return Option(app_->add_option("--seed", *target, what)->check(CLI::Validator(check, "")));
 }

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <sstream>
 #include <utility>
 
+#include "compiler/base/quantity.h"
 #include "compiler/base/text.h"
 #include "compiler/keywords/keyword_table.h"
 #include "tools/base/files.h"
@@ -43,11 +43,10 @@ Result<void> AddCommand(const std::string& place, int64_t tick, std::string_view
 /// One line, "412 pause".
 Result<void> AddLine(const std::string& place, const std::string& line, ControlScript* script) {
   // The tick is a number of its own, so that "5pause" is none.
-  int64_t tick = 0;
-  const char* end = line.data() + line.size();
-  const std::from_chars_result read = std::from_chars(line.data(), end, tick);
-  if (read.ec != std::errc() || read.ptr == end || *read.ptr != ' ') tick = 0;
-  return AddCommand(place, tick, {read.ptr, end}, script);
+  const size_t blank = std::min(line.find(' '), line.size());
+  const std::string_view command = std::string_view(line).substr(blank);
+  const int64_t tick = ReadNumber<int64_t>(line.substr(0, blank)).value_or(0);
+  return AddCommand(place, command.empty() ? 0 : tick, command, script);
 }
 
 /// What `info --json` lists, objects of tick and command.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -15,16 +14,6 @@
 
 namespace morphbus::tools {
 namespace {
-
-/// The whole word as a number.
-template <class Number>
-std::optional<Number> WordNumber(const std::string& word) {
-  Number number = 0;
-  const char* end = word.data() + word.size();
-  const std::from_chars_result read = std::from_chars(word.data(), end, number);
-  if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
-  return number;
-}
 
 /// The degrees of "30deg" or "0.5rad"; nothing for another text, and for more than can be meant.
 std::optional<float> DegreesOf(const std::string& word) {
@@ -65,15 +54,14 @@ std::optional<vm::Cell> ArgumentCell(const vm::VerifiedProgram& program, vm::Val
       if (word != "true" && word != "false") return std::nullopt;
       return vm::Cell::Bool(word == "true");
     case vm::ValueType::kInt: {
-      const auto number = WordNumber<int32_t>(word);
+      const auto number = ReadNumber<int32_t>(word);
       return number ? std::optional(vm::Cell::Int(*number)) : std::nullopt;
     }
     case vm::ValueType::kFloat: {
-      auto number = WordNumber<float>(word);
+      auto number = ReadNumber<float>(word);
       // Of an angle with its unit programs know the degrees.
       if (word.ends_with("deg") || word.ends_with("rad")) number = DegreesOf(word);
-      return number && std::isfinite(*number) ? std::optional(vm::Cell::Float(*number))
-                                              : std::nullopt;
+      return number ? std::optional(vm::Cell::Float(*number)) : std::nullopt;
     }
     case vm::ValueType::kDirection:
       return NamedCell(word, vm::kDirectionRows);
