@@ -112,9 +112,8 @@ int Control(const ControlOptions& options) {
   const bool deploys = command->kind == bridge::ControlKind::kDeploy;
   if (deploys && !HandOver(*run, &*command)) return kUnusable;
   // The private network is entered before LCM starts a thread.
-  if (run->entry.isolated) {
-    if (Result<void> joined = JoinNetworkOf(run->entry.pid); !joined)
-      return Unusable(joined.error().message);
+  if (Result<void> joined = JoinNetworkOf(run->entry); !joined) {
+    return Unusable(joined.error().message);
   }
   const Result<std::unique_ptr<bridge::Bus>> bus = bridge::OpenLcmBus(run->entry.url);
   if (!bus) return Unusable(bus.error().message);

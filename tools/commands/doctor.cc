@@ -69,12 +69,7 @@ int Doctor(const DoctorOptions& options) {
   if (!options.run.empty()) {
     const Result<RunEntry> run = FindRun(options.run);
     if (!run) return Unusable(run.error().message);
-    // Only a process within it sees the network of an isolated run.
-    if (run->isolated) {
-      if (Result<void> joined = JoinNetworkOf(run->pid); !joined) {
-        return Unusable(joined.error().message);
-      }
-    }
+    if (Result<void> joined = JoinNetworkOf(*run); !joined) return Unusable(joined.error().message);
     if (given.empty()) given = run->url, from = "that of run " + run->name;
   }
   // An option goes before the run's own bus, that before the environment.

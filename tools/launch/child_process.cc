@@ -87,7 +87,7 @@ Result<ChildProcess> ChildProcess::Start(const Options& options) {
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept
     : name_(std::move(other.name_)),
       pid_(std::exchange(other.pid_, -1)),
-      pidfd_(std::exchange(other.pidfd_, -1)),
+      pidfd_(std::move(other.pidfd_)),
       ended_(other.ended_),
       status_(other.status_),
       exit_text_(std::move(other.exit_text_)) {}
@@ -97,7 +97,6 @@ ChildProcess::~ChildProcess() {
     Signal(SIGKILL);
     waitpid(pid_, nullptr, 0);
   }
-  if (pidfd_ >= 0) close(pidfd_);
 }
 
 bool ChildProcess::Poll() {

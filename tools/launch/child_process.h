@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "compiler/base/result.h"
+#include "tools/base/descriptor.h"
 
 namespace morphbus::tools {
 
@@ -43,7 +44,7 @@ class ChildProcess {
   /// The process id; somebody else may have it once the child has ended.
   [[nodiscard]] pid_t pid() const { return pid_; }
   /// Becomes readable when the process ends; for poll().
-  [[nodiscard]] int pidfd() const { return pidfd_; }
+  [[nodiscard]] int pidfd() const { return pidfd_.get(); }
 
   /// Asks the kernel, without waiting, whether the child has ended, and collects it if so. True if
   /// it has ended, now or at an earlier call; then `exit_text()` says how.
@@ -63,9 +64,8 @@ class ChildProcess {
       : name_(std::move(name)), pid_(pid), pidfd_(pidfd) {}
 
   std::string name_;
-  /// Both are -1 in an object that was moved from, which then owns no child.
-  pid_t pid_ = -1;
-  int pidfd_ = -1;
+  pid_t pid_ = -1;  ///< -1 in an object that was moved from, which then owns no child.
+  Descriptor pidfd_;
   /// Set by Poll() alone; `status_` and `exit_text_` mean something only then.
   bool ended_ = false;
   int status_ = 0;

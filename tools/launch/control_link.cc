@@ -29,19 +29,10 @@ void RememberSignal(int signal) { g_signal = signal; }
 }  // namespace
 
 ControlLink::ControlLink(int fd) : fd_(fd) {
-  if (fd_ < 0) return;
+  if (fd < 0) return;
   // Nobody waits for the other: a process that hangs must not hang its launcher.
-  fcntl(fd_, F_SETFL, fcntl(fd_, F_GETFL) | O_NONBLOCK);
-  fcntl(fd_, F_SETFD, FD_CLOEXEC);
-}
-
-ControlLink::ControlLink(ControlLink&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1)),
-      closed_(other.closed_),
-      pending_(std::move(other.pending_)) {}
-
-ControlLink::~ControlLink() {
-  if (fd_ >= 0) close(fd_);
+  fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) | O_NONBLOCK);
+  fcntl(fd, F_SETFD, FD_CLOEXEC);
 }
 
 Result<std::pair<ControlLink, int>> ControlLink::Create() {
@@ -54,18 +45,18 @@ Result<std::pair<ControlLink, int>> ControlLink::Create() {
 }
 
 void ControlLink::Send(const nlohmann::ordered_json& message) const {
-  if (fd_ < 0) return;
+  if (fd() < 0) return;
   // Half a line would spoil the next one, so only a socket with room gets any.
-  pollfd waiting = {fd_, POLLOUT, 0};
+  pollfd waiting = {fd(), POLLOUT, 0};
   if (poll(&waiting, 1, 0) == 1 && (waiting.revents & POLLOUT) != 0) Deliver(message);
 }
 
 void ControlLink::Deliver(const nlohmann::ordered_json& message, double patience_s) const {
-  if (fd_ < 0) return;
+  if (fd() < 0) return;
   const std::string line = JsonText(message) + "\n";
   const WallTimer timer;
   for (size_t done = 0; done < line.size();) {
-    const ssize_t n = send(fd_, line.data() + done, line.size() - done, MSG_NOSIGNAL);
+    const ssize_t n = send(fd(), line.data() + done, line.size() - done, MSG_NOSIGNAL);
     // A socket may take a part of the line, and the rest is tried again.
     if (n > 0) done += static_cast<size_t>(n);
     // Any other error means that the peer is gone: nobody is left to tell.
@@ -73,7 +64,7 @@ void ControlLink::Deliver(const nlohmann::ordered_json& message, double patience
     // The socket is full: wait, a second at a time so that a peer that is gone is noticed. One that
     // hangs would keep us for ever: it is given up, its line cut.
     if (n < 0 && timer.seconds() > patience_s) return;
-    pollfd waiting = {fd_, POLLOUT, 0};
+    pollfd waiting = {fd(), POLLOUT, 0};
     if (n < 0) poll(&waiting, 1, std::min(1000, static_cast<int>(patience_s * 1e3) + 1));
   }
 }
@@ -81,8 +72,8 @@ void ControlLink::Deliver(const nlohmann::ordered_json& message, double patience
 std::vector<nlohmann::ordered_json> ControlLink::Receive() {
   std::vector<nlohmann::ordered_json> messages;
   char buffer[4096];
-  while (fd_ >= 0 && !closed_) {
-    const ssize_t n = read(fd_, buffer, sizeof buffer);
+  while (fd() >= 0 && !closed_) {
+    const ssize_t n = read(fd(), buffer, sizeof buffer);
     if (n < 0 && errno == EINTR) continue;
     if (n < 0 && errno == EAGAIN) break;
     // No bytes are the end of the stream: the peer has closed its end or died.

@@ -10,24 +10,20 @@
 
 #include "bridge/lockstep/participant.h"
 #include "compiler/base/result.h"
+#include "tools/base/descriptor.h"
 
 namespace morphbus::tools {
 
 /// One end of the line; it owns its descriptor and closes it. The launcher sends {"stop": reason},
 /// and {"ordered": error} when it has killed or restarted a module, which the sim orders by
 /// {"order": "kill" or "restart", "module": name, "incarnation": number}; the sim sends {"tick": …,
-/// "missing": […]} as it goes and {"outcome": …} at the end; the logger sends {"log": path, …} or
+/// "gone": […]} as it goes and {"outcome": …} at the end; the logger sends {"log": path, …} or
 /// {"error": …}. None of this is part of the run: it is never logged, and no hash covers it.
 class ControlLink {
  public:
   /// Takes over a descriptor, e.g. from --control-fd; -1: a link to nobody, that never says
   /// anything.
   explicit ControlLink(int fd);
-  ControlLink(ControlLink&& other) noexcept;
-  ControlLink& operator=(ControlLink&&) = delete;
-  ControlLink(const ControlLink&) = delete;
-  ControlLink& operator=(const ControlLink&) = delete;
-  ~ControlLink();
 
   /// The two ends of a new link; the descriptor of the second is for a child to inherit, and the
   /// caller closes it once the child has started. Fails if the system has no socket left.
@@ -45,10 +41,10 @@ class ControlLink {
   [[nodiscard]] bool closed() const { return closed_; }
   /// The descriptor for poll(), readable when a message or the end has come; -1 for a link to
   /// nobody.
-  [[nodiscard]] int fd() const { return fd_; }
+  [[nodiscard]] int fd() const { return fd_.get(); }
 
  private:
-  int fd_ = -1;
+  Descriptor fd_;
   bool closed_ = false;
   std::string pending_;  ///< The beginning of a line whose end has not arrived.
 };

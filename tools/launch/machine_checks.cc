@@ -26,6 +26,7 @@
 #include "bridge/bus/udpm_socket.h"
 #include "bridge/wire/channels.h"
 #include "sim/arithmetic.h"
+#include "tools/base/descriptor.h"
 #include "tools/launch/machine_findings.h"
 
 namespace morphbus::tools {
@@ -43,20 +44,8 @@ std::string FirstLine(const std::string& path) {
   return line;
 }
 
-/// A UDP socket, closed at the end.
-class Udp {
- public:
-  Udp() : fd_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {}
-  ~Udp() {
-    if (fd_ >= 0) close(fd_);
-  }
-  Udp(const Udp&) = delete;
-  Udp& operator=(const Udp&) = delete;
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_;
-};
+/// A UDP socket.
+Descriptor Udp() { return Descriptor(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)); }
 
 /// The address of a group, as system calls take it.
 sockaddr_in AddressOf(uint32_t group, uint16_t port) {
@@ -69,7 +58,7 @@ sockaddr_in AddressOf(uint32_t group, uint16_t port) {
 
 /// The flags (IFF_…) of an interface; 0 if there is none of that name.
 unsigned FlagsOf(const std::string& interface) {
-  const Udp udp;
+  const Descriptor udp = Udp();
   ifreq request = {};
   interface.copy(request.ifr_name, IF_NAMESIZE - 1);
   if (ioctl(udp.get(), SIOCGIFFLAGS, &request) != 0) return 0;
@@ -121,8 +110,7 @@ Finding CheckInterface(const bridge::LcmUrl& url) {
 /// Sends kBurst messages to the group on a port that is nobody's, then counts those that are there.
 Burst TryBurst(const bridge::LcmUrl& url) {
   Burst burst;
-  const Udp receiver;
-  const Udp sender;
+  const Descriptor receiver = Udp(), sender = Udp();
   // The kernel gives less than is asked for where net.core.rmem_max is lower, and says nothing;
   // what it tells is twice what it gives.
   burst.asked_bytes = url.receive_buffer;
@@ -183,7 +171,7 @@ Finding CheckFilter() {
     }
   }
   const std::vector<sock_filter> program = bridge::BuildChannelFilter(channels);
-  const Udp udp;
+  const Descriptor udp = Udp();
   const bool taken = bridge::AttachFilter(udp.get(), program);
   const std::string limit = FirstLine("/proc/sys/net/core/optmem_max");
   return JudgeFilter(std::strtoll(limit.c_str(), nullptr, 10), static_cast<int>(program.size()),

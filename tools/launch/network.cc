@@ -17,24 +17,10 @@
 #include <string>
 
 #include "bridge/bus/udpm_sources.h"
+#include "tools/base/descriptor.h"
 
 namespace morphbus::tools {
 namespace {
-
-/// A file descriptor that closes itself.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_;
-};
 
 /// In one call, as the kernel demands of these files.
 bool WriteProc(const char* path, const std::string& text) {
@@ -132,6 +118,10 @@ Result<void> JoinNetworkOf(pid_t pid) {
     }
   }
   return {};
+}
+
+Result<void> JoinNetworkOf(const RunEntry& run) {
+  return run.isolated ? JoinNetworkOf(run.pid) : Result<void>();
 }
 
 }  // namespace morphbus::tools

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "compiler/base/result.h"
+#include "tools/launch/run_registry.h"
 
 namespace morphbus::tools {
 
@@ -17,5 +18,8 @@ Result<void> EnterPrivateNetwork();
 /// Moves this process into the network namespace of process `pid` (a run of one's own).
 /// Call before any thread is started.
 Result<void> JoinNetworkOf(pid_t pid);
+/// The same for a run: nothing is to be done unless it has a private network, whose bus is out of
+/// reach of all who are not in it.
+Result<void> JoinNetworkOf(const RunEntry& run);
 
 }  // namespace morphbus::tools

@@ -25,10 +25,7 @@ Result<std::string> JoinRun(const RunChoice& choice) {
   }
   if (run->url.empty())
     return Fail("run " + run->name + " is in one process and has no bus to listen on");
-  // The bus of an isolated run is out of reach until this process is in its network.
-  if (run->isolated) {
-    if (Result<void> joined = JoinNetworkOf(run->pid); !joined) return Fail(joined.error().message);
-  }
+  if (Result<void> joined = JoinNetworkOf(*run); !joined) return Fail(joined.error().message);
   // A URL beside --run is for a bus in the network of that run.
   return choice.lcm_url.empty() ? run->url : choice.lcm_url;
 }

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "compiler/base/result.h"
+#include "tools/base/descriptor.h"
 
 namespace morphbus::tools {
 
@@ -17,25 +18,21 @@ class RunRecord {
   /// A file without a name, in memory. Fails if the kernel makes none.
   static Result<RunRecord> InMemory();
 
-  RunRecord(RunRecord&& other) noexcept;
-  RunRecord& operator=(RunRecord&&) = delete;
-  RunRecord(const RunRecord&) = delete;
-  RunRecord& operator=(const RunRecord&) = delete;
-  ~RunRecord();
-
   /// Where it can be read once it is whole; the same in a process that inherits fd().
   [[nodiscard]] const std::string& path() const { return path_; }
   /// Where it is while it is written, or after its writer failed.
   [[nodiscard]] std::string partial_path() const {
     return in_memory() ? path_ : path_ + ".partial";
   }
-  [[nodiscard]] bool in_memory() const { return fd_ >= 0; }
+  [[nodiscard]] bool in_memory() const { return fd_.get() >= 0; }
   /// The memory's descriptor; -1 for a log.
-  [[nodiscard]] int fd() const { return fd_; }
+  [[nodiscard]] int fd() const { return fd_.get(); }
 
  private:
+  RunRecord(std::string path, Descriptor fd) : path_(std::move(path)), fd_(std::move(fd)) {}
+
   std::string path_;
-  int fd_ = -1;
+  Descriptor fd_;
 };
 
 }  // namespace morphbus::tools
