@@ -1,4 +1,4 @@
-#include "tools/launch/exit_limit.h"
+#include "tools/launch/failure_watch.h"
 
 #include <gtest/gtest.h>
 

@@ -41,6 +41,14 @@ void PrintDiagnostics(const source::Diagnostics& diagnostics, const source::Sour
 /// " (did you mean 'x'?)" with the one of `names` that is nearest to `name`; "" if none is near.
 std::string DidYouMean(const std::string& name, const std::vector<std::string>& names);
 
+/// The names of things that have one, for DidYouMean and for lists.
+template <class Things>
+std::vector<std::string> NamesOf(const Things& things) {
+  std::vector<std::string> names;
+  for (const auto& thing : things) names.emplace_back(thing.name);
+  return names;
+}
+
 /// "a, b, c"; of more than kMostNamed names the first ones "and 1234 more".
 std::string NameSome(const std::vector<std::string>& names);
 

@@ -38,6 +38,12 @@ std::string WhyNoneOf(const std::vector<std::string>& names, const std::string& 
                      fmt::join(names, ", "));
 }
 
+Result<int> FindModule(const model::Robot& robot, const std::string& name) {
+  if (const std::optional<int> module = robot.FindModule(name)) return *module;
+  return Fail(fmt::format("robot {} has no module '{}'{}", robot.name, name,
+                          DidYouMean(name, NamesOf(robot.modules))));
+}
+
 Json PoseJson(const model::Pose& X) {
   // q and -q are one rotation: the one with w >= 0 stands for both, so that texts can be compared.
   Eigen::Quaterniond q(X.linear());

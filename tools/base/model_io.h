@@ -52,6 +52,9 @@ inline const model::Robot* PickRobot(const model::Model& model, const std::strin
   return PickByName(model.robots, name, "robot");
 }
 
+/// The place in the robot of the module called `name`; the error suggests the nearest name.
+Result<int> FindModule(const model::Robot& robot, const std::string& name);
+
 /// "m1.joint_1": the name of a joint on the command line. `at` has the index of its module in the
 /// robot, `at.module`, and its own among the joints of that module's type, `at.joint`.
 template <class JointPlace>

@@ -44,15 +44,6 @@ std::vector<std::string> NamesOfTolerances() {
   return names;
 }
 
-/// What --without takes.
-std::vector<std::string> GroupNames() {
-  std::vector<std::string> names;
-  for (const logger::QuantityGroup& group : logger::QuantityGroups()) {
-    names.emplace_back(group.name);
-  }
-  return names;
-}
-
 /// The tolerance that "name=value" sets for all; fails for another text.
 Result<logger::ToleranceEntry> ParseTolerance(const std::string& text) {
   // A text without a sign of equality is all name, and fits no tolerance.
@@ -103,7 +94,7 @@ std::optional<logger::CompareOptions> WayOf(const CompareOptions& options) {
     way.tolerances.push_back(*entry);
   }
   // Groups of quantities that a log may lack, such as those of a simulated world.
-  const std::vector<std::string> groups = GroupNames();
+  const std::vector<std::string> groups = NamesOf(logger::QuantityGroups());
   for (const std::string& name : options.without) {
     if (std::find(groups.begin(), groups.end(), name) == groups.end()) {
       return Refuse(fmt::format("--without {}{}: expected one of {}", name,
@@ -328,7 +319,7 @@ void AddCompare(CommandLine* line) {
       .Repeatable();
   sub.Add("--without", &options->without,
           fmt::format("Leave quantities out that a log does not hold; may be repeated: {}",
-                      fmt::join(GroupNames(), ", ")))
+                      fmt::join(NamesOf(logger::QuantityGroups()), ", ")))
       .TypeName("GROUP")
       .Repeatable();
   sub.Add("--baseline", &options->baseline,

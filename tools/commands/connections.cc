@@ -103,7 +103,7 @@ void PrintList(const Json& list) {
 }
 
 /// The names of the connections that have the pair, for a message.
-std::string NamesOf(const model::Model& model, const std::vector<ConnectorPair>& pairs) {
+std::string ConnectionNames(const model::Model& model, const std::vector<ConnectorPair>& pairs) {
   std::vector<std::string> names;
   for (const ConnectorPair& pair : pairs) {
     names.push_back(model.connection_types[pair.connection].name);
@@ -117,10 +117,10 @@ int Explain(const m3l::CompileOutput& compiled, std::vector<ConnectorPair> pairs
   if (json && pairs.size() > 1) {
     return Unusable(
         fmt::format("several connections have this pair; choose one with --connection: {}",
-                    NamesOf(compiled.solved, pairs)));
+                    ConnectionNames(compiled.solved, pairs)));
   }
   // A connection whose own text has errors was not solved: it cannot be explained.
-  const std::string all = NamesOf(compiled.solved, pairs);
+  const std::string all = ConnectionNames(compiled.solved, pairs);
   std::erase_if(pairs, [&](const ConnectorPair& p) { return !compiled.explainable[p.connection]; });
   if (pairs.empty()) {
     return Unusable(fmt::format(
@@ -193,7 +193,7 @@ int Connections(ConnectionsOptions options) {
   if (pairs->size() > 1) {
     return Unusable(
         fmt::format("several connections have this pair; choose one with --connection: {}",
-                    NamesOf(model, *pairs)));
+                    ConnectionNames(model, *pairs)));
   }
   const ConnectorPair& pair = pairs->front();
   List(model, model.connection_types[pair.connection], &pair, options.json);

@@ -17,17 +17,10 @@ std::string Trimmed(const std::string& text) {
   return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
 }
 
-/// The names of a module type's connectors, for suggestions.
-std::vector<std::string> ConnectorsOf(const model::ModuleType& type) {
-  std::vector<std::string> names;
-  for (const model::Connector& connector : type.connectors) names.push_back(connector.name);
-  return names;
-}
-
 /// Why `type` cannot be the member: it has no connector of that name.
 std::string NoConnector(const PairText& pair, const model::ModuleType& type,
                         const std::string& name) {
-  const std::vector<std::string> names = ConnectorsOf(type);
+  const std::vector<std::string> names = NamesOf(type.connectors);
   return fmt::format("{}: module {} has no connector '{}'{}; it has {}", pair.option, type.name,
                      name, DidYouMean(name, names), fmt::join(names, ", "));
 }
@@ -47,7 +40,7 @@ std::string WhyNone(const model::Model& model, const std::vector<size_t>& indice
   // With several, only a name that no module has is surely wrong.
   std::vector<std::string> names;
   for (const model::ModuleType& t : model.module_types) {
-    for (const std::string& name : ConnectorsOf(t)) names.push_back(name);
+    for (const model::Connector& connector : t.connectors) names.push_back(connector.name);
   }
   for (const std::string& name : {pair.a, pair.b}) {
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;

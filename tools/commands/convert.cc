@@ -240,13 +240,6 @@ constexpr Format kFormats[] = {{"mcap", ToMcap, false, true},
                                {"zst", ToZst, false, false},
                                {"description", ToDescription, false, false}};
 
-/// Their names, for help and suggestions.
-std::vector<std::string> FormatNames() {
-  std::vector<std::string> names;
-  for (const Format& format : kFormats) names.emplace_back(format.name);
-  return names;
-}
-
 /// Checks what goes together, and converts.
 int Convert(const ConvertOptions& options) {
   // A row decides everything that differs between formats.
@@ -254,8 +247,8 @@ int Convert(const ConvertOptions& options) {
                                       [&](const Format& f) { return f.name == options.to; });
   if (format == std::end(kFormats)) {
     return Unusable(fmt::format("--to {}{}: expected one of {}", options.to,
-                                DidYouMean(options.to, FormatNames()),
-                                fmt::join(FormatNames(), ", ")));
+                                DidYouMean(options.to, NamesOf(kFormats)),
+                                fmt::join(NamesOf(kFormats), ", ")));
   }
   // An option that the format has no use for would seem to have had an effect.
   if (!options.run.empty() && !format->by_run) {
@@ -284,7 +277,7 @@ void AddConvert(CommandLine* line) {
           "mcap (Foxglove and others), csv (a folder, one table a quantity), json (one object a "
           "message, a line each), zst (the same log compressed; all commands read it), description "
           "(of the run, for --description)")
-      .TypeName(fmt::format("{}", fmt::join(FormatNames(), "|")))
+      .TypeName(fmt::format("{}", fmt::join(NamesOf(kFormats), "|")))
       .Required();
   sub.Add("-o,--output", &options->output, "File or, for csv, folder to write; '-': stdout")
       .Required();

@@ -32,9 +32,8 @@ struct ExportOptions {
 
 /// The format by name; if there is none, or not of what was asked for, says so.
 const ExportFormat* PickFormat(const ExportOptions& options) {
-  std::vector<std::string> names;
+  const std::vector<std::string> names = NamesOf(ExportFormats());
   for (const ExportFormat& format : ExportFormats()) {
-    names.emplace_back(format.name);
     // The format is found; it remains whether the other options fit it.
     if (options.to != format.name) continue;
     if (!options.robot.empty() && !options.module.empty()) {
@@ -65,11 +64,9 @@ const ExportFormat* PickFormat(const ExportOptions& options) {
 
 /// The module type by name (the only one if `name` is empty); says why there is none.
 std::optional<int> PickModuleType(const model::Model& model, const std::string& name) {
-  std::vector<std::string> names;
-  for (size_t i = 0; i < model.module_types.size(); ++i) {
-    names.push_back(model.module_types[i].name);
-    if (names.back() == name) return static_cast<int>(i);
-  }
+  const std::vector<std::string> names = NamesOf(model.module_types);
+  const auto found = std::ranges::find(names, name);
+  if (found != names.end()) return static_cast<int>(found - names.begin());
   // A model with one module type needs no --module.
   if (name.empty() && names.size() == 1) return 0;
   return Refuse(fmt::format("--module '{}'{}: expected one of {}", name, DidYouMean(name, names),

@@ -39,21 +39,13 @@ Result<void> ApplySetting(const model::Model& model, const model::Robot& robot,
   }
   const std::string module_name = text.substr(0, dot);
   const std::string joint_name = text.substr(dot + 1, equals - dot - 1);
-  const auto names_of = [](const auto& parts) {
-    std::vector<std::string> names;
-    for (const auto& part : parts) names.push_back(part.name);
-    return names;
-  };
   // Wrong names get the nearest right one, of this robot and of this module type.
-  const std::optional<int> module = robot.FindModule(module_name);
-  if (!module) {
-    return Fail(fmt::format("--set {}: robot {} has no module '{}'{}", text, robot.name,
-                            module_name, DidYouMean(module_name, names_of(robot.modules))));
-  }
+  const Result<int> module = FindModule(robot, module_name);
+  if (!module) return Fail(fmt::format("--set {}: {}", text, module.error().message));
   const model::ModuleType& type = model.TypeOf(robot, *module);
   const std::optional<int> joint = type.FindJoint(joint_name);
   if (!joint) {
-    const std::vector<std::string> names = names_of(type.joints);
+    const std::vector<std::string> names = NamesOf(type.joints);
     return Fail(fmt::format("--set {}: module {} has no joint '{}'{}; it has {}", text, type.name,
                             joint_name, DidYouMean(joint_name, names), fmt::join(names, ", ")));
   }

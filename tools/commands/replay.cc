@@ -111,18 +111,17 @@ void Obey(const TerminalKey& key, logger::Replayer* replayer, Session* session) 
 }
 
 /// Says what people did to the run in the ticks that were passed.
-void TellCommands(logger::Replayer* replayer, const Session& session) {
+void TellCommands(logger::Replayer* replayer) {
   for (const logger::ClockCommand& command : replayer->TakeCommands()) {
-    // The line of progress is drawn anew below.
-    Say("{}{:.2f} s, tick {}: {}\n", session.fancy ? "\r\033[K" : "", Seconds(command.time_us),
-        command.tick, EscapeControl(command.text));
+    Say("{:.2f} s, tick {}: {}\n", Seconds(command.time_us), command.tick,
+        EscapeControl(command.text));
   }
 }
 
 /// Called ten times a second: shows where we are and what was commanded there, takes keys and
 /// Ctrl-C.
 void Attend(logger::Replayer* replayer, Session* session) {
-  TellCommands(replayer, *session);
+  TellCommands(replayer);
   if (CaughtSignal() != 0) session->stop = true;
   while (session->keys && !session->stop) {
     const std::optional<TerminalKey> key = session->keys->Next();
@@ -139,9 +138,10 @@ void Attend(logger::Replayer* replayer, Session* session) {
   if (!session->fancy) return;
   const logger::ReplayProgress& progress = replayer->progress();
   const double speed = replayer->speed();
-  Say("\r\033[K{:.2f} of {:.2f} s, {}, {} messages{}", progress.time_s, progress.end_s,
-      speed > 0 ? fmt::format("{:g} x", speed) : "as fast as possible", progress.published,
-      replayer->paused() ? ", paused (space goes on)" : "");
+  ShowPassing(fmt::format("{:.2f} of {:.2f} s, {}, {} messages{}", progress.time_s, progress.end_s,
+                          speed > 0 ? fmt::format("{:g} x", speed) : "as fast as possible",
+                          progress.published,
+                          replayer->paused() ? ", paused (space goes on)" : ""));
 }
 
 /// Why the options cannot be used; empty if they can.
@@ -277,7 +277,7 @@ int ReplayLog(ReplayOptions options) {
                      [&](logger::Replayer* replayer) { Attend(replayer, &session); });
   session.keys.reset();
   // The line of progress goes before anything else is printed.
-  if (session.fancy) Say("\r\033[K");
+  ShowPassing("");
   if (!done) return Unusable(done.error().message);
   // The replay was stopped because no key could have resumed it.
   if (session.stdin_ended) {

@@ -21,15 +21,12 @@ namespace morphbus::tools {
 namespace {
 
 /// The module's index by name; nothing, after saying which there are.
-std::optional<int> FindModule(const logger::RunLog& log, const std::string& name) {
-  std::vector<std::string> names;
-  for (size_t m = 0; m < log.modules.size(); ++m) {
-    names.push_back(log.modules[m].name);
-    if (names.back() == name) return static_cast<int>(m);
-  }
-  Unusable(fmt::format("--into {}{}: expected a module of the run, {}", name,
-                       DidYouMean(name, names), fmt::join(names, ", ")));
-  return std::nullopt;
+std::optional<int> ModuleToRun(const logger::RunLog& log, const std::string& name) {
+  const std::vector<std::string> names = NamesOf(log.modules);
+  const auto found = std::ranges::find(names, name);
+  if (found != names.end()) return static_cast<int>(found - names.begin());
+  return Refuse(fmt::format("--into {}{}: expected a module of the run, {}", name,
+                            DidYouMean(name, names), fmt::join(names, ", ")));
 }
 
 /// What was found, for people.
@@ -98,7 +95,7 @@ int RunAgain(const ReplayInto& options) {
   const Result<logger::RunLog> log =
       LoadLog(options.log, {.run = "", .series = false}, options.description);
   if (!log) return Unusable(log.error().message);
-  const std::optional<int> module = FindModule(*log, options.module);
+  const std::optional<int> module = ModuleToRun(*log, options.module);
   if (!module) return kUnusable;
   const Result<LcmSchema> schema = LcmSchema::Parse(LcmSources());
   if (!schema) return Unusable(schema.error().message);

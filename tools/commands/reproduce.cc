@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "compiler/base/temporary_files.h"
 #include "compiler/base/version.h"
 #include "logger/compare/log_difference.h"
 #include "sim/arithmetic.h"
@@ -32,37 +33,12 @@ struct ReproduceOptions {
   bool json = false;
 };
 
-/// Where the second run's log is written: a file that people asked for, or one in a folder of its
-/// own, which goes with this object.
-class SecondLog {
- public:
-  /// Fails if there is no room for a folder.
-  static Result<std::unique_ptr<SecondLog>> At(const std::string& output) {
-    auto log = std::make_unique<SecondLog>();
-    if (!output.empty()) {
-      log->path_ = std::filesystem::absolute(output).lexically_normal();
-      return log;
-    }
-    std::error_code failure;
-    const std::filesystem::path parent = std::filesystem::temp_directory_path(failure);
-    // mkdtemp makes a folder that no other user can look into.
-    std::string folder = (parent / "morphbus-reproduce-XXXXXX").string();
-    if (failure || mkdtemp(folder.data()) == nullptr) {
-      return Fail(fmt::format(
-          "cannot make a folder for the second log in {}; $TMPDIR names another", parent.string()));
-    }
-    log->folder_ = folder;
-    log->path_ = folder + "/again.log";
-    return log;
-  }
-  ~SecondLog() {
-    std::error_code ignored;
-    if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
-  }
-  [[nodiscard]] const std::string& path() const { return path_; }
-
- private:
-  std::string path_, folder_;
+/// The second run's log where nobody asks to keep it: in a folder of its own, which goes with it,
+/// under both names that a log has.
+struct PassingLog {
+  explicit PassingLog(const std::string& in)
+      : folder(in), partial(in + "/again.log.partial"), log(in + "/again.log") {}
+  TemporaryPath folder, partial, log;
 };
 
 /// Does the run again, writes its log, and reads what that is. Says nothing on success.
@@ -155,15 +131,28 @@ int Reproduce(const ReproduceOptions& options) {
   // What the log does not tell enough of is refused before anything runs.
   Result<RunPlan> plan = PlanAgain(*log);
   if (!plan) return Unusable(options.log + ": " + plan.error().message);
-  const auto second = SecondLog::At(options.output);
-  if (!second) return Unusable(second.error().message);
+  std::optional<PassingLog> passing;
+  if (options.output.empty()) {
+    std::error_code failure;
+    const std::filesystem::path parent = std::filesystem::temp_directory_path(failure);
+    // mkdtemp makes a folder that no other user can look into.
+    std::string folder = (parent / "morphbus-reproduce-XXXXXX").string();
+    if (failure || mkdtemp(folder.data()) == nullptr) {
+      return Unusable(fmt::format(
+          "cannot make a folder for the second log in {}; $TMPDIR names another", parent.string()));
+    }
+    passing.emplace(folder);
+  }
+  const std::string second =
+      passing ? passing->log.path()
+              : std::filesystem::absolute(options.output).lexically_normal().string();
   // A process can enter a network of its own only before it has threads.
   if (options.processes) {
     if (Result<void> entered = EnterPrivateNetwork(); !entered) {
       return Unusable(entered.error().message);
     }
   }
-  const Result<logger::RunLog> again = RunAgain(&*plan, options, (*second)->path());
+  const Result<logger::RunLog> again = RunAgain(&*plan, options, second);
   if (!again) return Failed(again.error().message);
   // The messages decide: hashes differ where they do.
   const Result<logger::LogDifference> difference =

@@ -40,13 +40,6 @@ struct SimCommandOptions {
   double give_up_s = 60;  ///< By hand, people start one process after the other.
 };
 
-/// What the launcher shows meanwhile.
-Json Progress(const bridge::SimParticipant& participant) {
-  Json missing = Json::array();
-  for (const std::string& process : participant.missing_processes()) missing.push_back(process);
-  return {{"tick", participant.tick()}, {"missing", missing}, {"gone", participant.GoneModules()}};
-}
-
 /// Through whom people act on the run: who does what they want, and who hears them.
 struct SimControls {
   std::unique_ptr<ControlDesk> desk;
@@ -152,7 +145,7 @@ int Simulate(const SimCommandOptions& options) {
       participant.RequestStop(stop);
     }
     desk.AnswerWaiting();
-    link.Send(Progress(participant));
+    link.Send({{"tick", participant.tick()}, {"gone", participant.GoneModules()}});
   });
   // This returns when the run is over: the participant is done, and the watch never keeps it.
   bridge::RunParticipants(&bus, time, {&late, &participant, &watch}, nullptr,
@@ -165,9 +158,6 @@ int Simulate(const SimCommandOptions& options) {
                   {"error", outcome.error},
                   {"reason", outcome.reason},
                   {"ticks", outcome.ticks},
-                  {"hash", outcome.run_hash},
-                  {"recorded_hash", outcome.recorded_hash},
-                  {"messages", outcome.messages},
                   {"wall_seconds", since_first_tick.seconds()},
                   {"missed_deadlines", outcome.missed_deadlines}}}});
   if (by_hand) {

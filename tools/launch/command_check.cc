@@ -32,10 +32,8 @@ Refusal CommandCheck::CheckNames(const ControlCommand& command) const {
   // Every module that is named must be one of the robot's.
   for (const std::string& name : {command.part.module, command.mate.module, command.to}) {
     if (name.empty() || robot_.FindModule(name)) continue;
-    std::vector<std::string> names;
-    for (const model::ModuleInstance& module : robot_.modules) names.push_back(module.name);
-    return {kUnusable,
-            fmt::format("the robot has no module '{}'{}", name, DidYouMean(name, names))};
+    return {kUnusable, fmt::format("the robot has no module '{}'{}", name,
+                                   DidYouMean(name, NamesOf(robot_.modules)))};
   }
   // What is addressed to a module that is lost would never be done.
   const bool by_part = OfProcess(command.kind) || command.kind == ControlKind::kInspect;
@@ -51,12 +49,8 @@ Refusal CommandCheck::CheckPart(ControlKind kind, const bridge::ControlPart& par
   if (part.part.empty()) return {};
   // Links are pushed, connectors joined and taken off.
   const model::ModuleType& type = model_.TypeOf(robot_, *robot_.FindModule(part.module));
-  std::vector<std::string> names;
-  if (kind == ControlKind::kPush) {
-    for (const model::Link& link : type.links) names.push_back(link.name);
-  } else {
-    for (const model::Connector& connector : type.connectors) names.push_back(connector.name);
-  }
+  const std::vector<std::string> names =
+      kind == ControlKind::kPush ? NamesOf(type.links) : NamesOf(type.connectors);
   if (std::ranges::find(names, part.part) != names.end()) return {};
   return {kUnusable,
           fmt::format("{} has no '{}'{}", part.module, part.part, DidYouMean(part.part, names))};

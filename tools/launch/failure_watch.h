@@ -1,15 +1,34 @@
 #pragma once
 // When a run of several processes has failed, and why.
 
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
 
 #include "bridge/lockstep/participant.h"
-#include "tools/launch/exit_limit.h"
 #include "tools/launch/wall_clock.h"
 
 namespace morphbus::tools {
+
+/// The exits of one process: three of them within ten seconds are too many, for starting it again
+/// is no help then.
+class ExitLimit {
+ public:
+  static constexpr int kMostExits = 3;
+  static constexpr double kSeconds = 10;
+
+  /// Notes an exit; `now_s` never falls from one call to the next. True if it was one too many.
+  bool TooMany(double now_s) {
+    exits_.push_back(now_s);
+    while (exits_.front() <= now_s - kSeconds) exits_.pop_front();
+    return exits_.size() >= kMostExits;
+  }
+
+ private:
+  /// Times of the exits in the last ten seconds, oldest first.
+  std::deque<double> exits_;
+};
 
 /// Decides whether a run has failed, by what the launcher sees and hears of its processes: who has
 /// ended and how, who has spoken, what time it is. It starts and ends nothing, and reads no clock

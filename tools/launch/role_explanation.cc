@@ -106,13 +106,8 @@ std::string LabelFinding(const vm::FunctionInfo& label, const vm::RunResult& res
 
 Result<std::vector<RoleExplanation>> ExplainRoles(const RunPlan& plan, const std::string& module,
                                                   const std::string& role) {
-  const std::optional<int> index = plan.robot().FindModule(module);
-  if (!index) {
-    std::vector<std::string> names;
-    for (const model::ModuleInstance& m : plan.robot().modules) names.push_back(m.name);
-    return Fail(fmt::format("robot {} has no module '{}'{}", plan.robot().name, module,
-                            DidYouMean(module, names)));
-  }
+  const Result<int> index = FindModule(plan.robot(), module);
+  if (!index) return Fail(index.error().message);
   const Result<std::unique_ptr<StaticRobot>> robot = StaticRobot::Create(plan);
   if (!robot) return Fail(robot.error().message);
   const vm::VerifiedProgram& program = (*robot)->program();

@@ -149,13 +149,11 @@ constexpr size_t kMostFaultsBytes = 64u << 10;
 /// printing where `name` is wrong, if the text cannot be used.
 std::optional<bridge::FaultPlan> FaultsOf(const proto::RunDescription& description,
                                           const model::Robot& robot, const std::string& name) {
-  std::vector<std::string> modules;
-  for (const model::ModuleInstance& module : robot.modules) modules.push_back(module.name);
   source::SourceSet sources;
   source::Diagnostics diagnostics;
   const int file = sources.AddText(name, description.faults());
   std::optional<bridge::FaultPlan> faults =
-      bridge::ParseFaultPlan(sources, file, modules, &diagnostics);
+      bridge::ParseFaultPlan(sources, file, NamesOf(robot.modules), &diagnostics);
   PrintDiagnostics(diagnostics, sources);
   if (!faults) return std::nullopt;
   return bridge::WithLoss(std::move(*faults), description.loss(), description.seed());
@@ -253,11 +251,8 @@ bool AddLoss(const std::string& text, const model::Robot& robot, RunPlan* plan) 
   bridge::ControlCommand command;
   command.kind = bridge::ControlKind::kLose;
   command.part.module = text.substr(0, at);
-  if (!robot.FindModule(command.part.module)) {
-    std::vector<std::string> names;
-    for (const model::ModuleInstance& module : robot.modules) names.push_back(module.name);
-    Unusable(fmt::format("--lose: robot {} has no module '{}'{}", robot.name, command.part.module,
-                         DidYouMean(command.part.module, names)));
+  if (const Result<int> module = FindModule(robot, command.part.module); !module) {
+    Unusable("--lose: " + module.error().message);
     return false;
   }
   InsertInOrder({std::llround(ticks), std::move(command)}, &plan->script);

@@ -5,7 +5,6 @@
 #include "compiler/dynarole/compile.h"
 #include "compiler/keywords/module_keywords.h"
 #include "tools/base/files.h"
-#include "tools/base/program.h"
 #include "tools/launch/control_script.h"
 
 namespace morphbus::tools {
@@ -17,14 +16,13 @@ constexpr size_t kMostTexts = 64;
 
 }  // namespace
 
-Result<ProgramTexts::Compiled> ProgramTexts::Compile(const std::string& name,
-                                                     const std::string& text) {
+Result<CompiledProgram> ProgramTexts::Compile(const std::string& name, const std::string& text) {
   // The language has the keywords of this run's module types.
   const auto table = keywords::KeywordsOf(model_).and_then(keywords::KeywordTable::Of);
   if (!table) return Fail(table.error().message);
   const dynarole::CompileResult result = dynarole::CompileProgram(name, text, *table);
   if (!result.image) return Fail(source::Render(result.diagnostics, result.sources, false));
-  Compiled program;
+  CompiledProgram program;
   program.image.assign(result.image->begin(), result.image->end());
   // What compiles need not fit the robot that runs.
   if (const std::string why = WhyNotFor(model_, program.image); !why.empty()) return Fail(why);
@@ -49,7 +47,7 @@ std::string ProgramTexts::Find(uint64_t hash, const std::string& path) {
   const Result<std::string> text = ReadFile(path, kMostTextBytes);
   if (!text) return "";
   // The file may have changed since: it is the program's only if it compiles to the same image.
-  const Result<Compiled> program = Compile(path, *text);
+  const Result<CompiledProgram> program = Compile(path, *text);
   return program && program->hash == hash ? *text : "";
 }
 

@@ -9,6 +9,7 @@
 
 #include "compiler/base/result.h"
 #include "compiler/model/robot_model.h"
+#include "tools/base/program.h"
 
 namespace morphbus::tools {
 
@@ -23,14 +24,9 @@ class ProgramTexts {
   /// empty if neither is that program.
   std::string Find(uint64_t hash, const std::string& path);
 
-  /// A program that was compiled here.
-  struct Compiled {
-    std::string image;  ///< The program's image, verified.
-    uint64_t hash = 0;  ///< Of the image, by which messages name the program.
-  };
   /// Compiles a text that a viewer sent; `name` is what diagnostics call its file. Fails with the
   /// compiler's diagnostics, or with why the program does not fit the model.
-  Result<Compiled> Compile(const std::string& name, const std::string& text);
+  Result<CompiledProgram> Compile(const std::string& name, const std::string& text);
 
  private:
   const model::Model& model_;
