@@ -12,26 +12,26 @@ namespace {
 
 using Welcome = RunMembers::Welcome;
 
-constexpr uint64_t kModel = 11, kProgram = 22, kKinematics = 33;
+constexpr uint64_t kModelHash = 11, kProgramHash = 22, kKinematicsHash = 33;
 constexpr int64_t kLater = 1'000'000;
 
 RunMembers TwoModulesAndALogger(bool realtime = false) {
   const ExpectedMembers expected = {
-      kModel, kProgram, {{"m1", 0, "FAKE", kKinematics}, {"m2", 1, "FAKE", kKinematics}}};
+      kModelHash, kProgramHash, {{"m1", 0, "FAKE", kKinematicsHash}, {"m2", 1, "FAKE", kKinematicsHash}}};
   return RunMembers(expected, true, realtime);
 }
 
 /// What a process says that fits.
 morphbus::hello_t Hello(const std::string& process, int64_t claim, int32_t incarnation = 1) {
   morphbus::hello_t hello;
-  hello.header.model_hash = kModel;
-  hello.header.program_hash = kProgram;
+  hello.header.model_hash = kModelHash;
+  hello.header.program_hash = kProgramHash;
   hello.process = process;
   hello.pid = 7;
   hello.claim = claim;
   hello.incarnation = incarnation;
   hello.type_name = "FAKE";
-  hello.kinematics_hash = kKinematics;
+  hello.kinematics_hash = kKinematicsHash;
   hello.wire_hash = static_cast<int64_t>(WireHash());
   hello.arithmetic_hash = static_cast<int64_t>(ArithmeticHash());
   return hello;

@@ -2,6 +2,7 @@
 
 #include "bridge/wire/vm_codec.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -101,7 +102,7 @@ TEST(VmCodec, AStatusWithMoreFaultsThanFitBecomesSeveral) {
 TEST(VmCodec, NamesAreCutBetweenCharacters) {
   vm::StatusReport report{};
   StatusNames names;
-  names.type_name = std::string(47, 'a') + "ä";  // 49 bytes; the 48th is half a character.
+  names.type_name = fmt::format("{:a<47}ä", "");  // 49 bytes; the 48th is half a character.
   EXPECT_EQ(ToStatus(report, names, 0, 1, 0).front().type_name, std::string(47, 'a'));
 }
 
