@@ -17,6 +17,7 @@ const vm::VerifiedProgram* ProgramWords::Find(uint64_t hash, std::string* file) 
   // The run's own program is the one of nearly all reports; its file is called as it was given.
   if (hash == program_hash_) *file = file_;
   if (program_ != nullptr && program_->hash() == hash) return program_;
+  // Any other program was deployed during the run. Its image is verified once, also if it is bad.
   const auto image = deployed_.find(hash);
   if (image == deployed_.end()) return nullptr;
   auto known = verified_.find(hash);
@@ -27,6 +28,7 @@ const vm::VerifiedProgram* ProgramWords::Find(uint64_t hash, std::string* file) 
     known = verified_.emplace(hash, std::move(images)).first;
   }
   if (known->second == nullptr) return nullptr;
+  // Where an image of a deployment came from only the image itself says.
   const vm::VerifiedProgram& program = known->second->program();
   const vm::Text source = program.source_name();
   file->assign(source.data, source.size);
@@ -36,6 +38,7 @@ const vm::VerifiedProgram* ProgramWords::Find(uint64_t hash, std::string* file) 
 ReportWords ProgramWords::Fault(uint64_t program_hash, const std::string& type,
                                 const vm::Fault& fault) {
   ReportWords words;
+  // A fault has a sentence also where the program is unknown: names are then numbers.
   const vm::FaultContext context{Find(program_hash, &words.file), images_->FindKinematics(type)};
   words.text = vm::FaultSentence(fault, context);
   words.function = vm::FaultFunction(fault, context.program);
@@ -47,6 +50,7 @@ ReportWords ProgramWords::Print(uint64_t program_hash, const std::string& type,
                                 const vm::PrintReport& print) {
   ReportWords words;
   const vm::VerifiedProgram* program = Find(program_hash, &words.file);
+  // The text that a program prints stands in its image, and in no message.
   if (program == nullptr) {
     words.text = "text " + std::to_string(print.text) + " of a program that is not known here";
     return words;

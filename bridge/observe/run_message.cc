@@ -12,6 +12,7 @@ namespace {
 template <class M>
 Result<void> ReadAs(const RunMessage& message, RunMessageHandler* handler,
                     void (RunMessageHandler::*take)(const RunMessage&, M&&)) {
+  // A reader who does not want the contents has them checked only, which allocates nothing.
   if (!handler->Decodes(message)) {
     Result<void> sound = CheckBody<M>(message.data, message.size);
     if (sound) handler->OnChecked(message);
@@ -26,6 +27,7 @@ Result<void> ReadAs(const RunMessage& message, RunMessageHandler* handler,
 }  // namespace
 
 Result<RunMessage> OpenMessage(std::string_view channel, const uint8_t* data, size_t size) {
+  // The channel says which type the bytes should have; the header is of the same form in all types.
   const std::optional<ChannelName> name = ParseChannel(channel);
   if (!name) return Fail("the channel is none of a run's");
   RunMessage message{*name, {}, data, size};
@@ -39,6 +41,7 @@ Result<void> ReadHeader(RunMessage* message) {
 }
 
 Result<void> ReadMessage(const RunMessage& message, RunMessageHandler* handler) {
+  // The types that only a run's own processes exchange have no reader here.
   using Handler = RunMessageHandler;
   switch (message.name.topic) {
     case Topic::kClock:
@@ -76,6 +79,7 @@ MessagePart PartOf(const RunMessage& message) {
     case Topic::kTransform:
     case Topic::kActuator:
       return {};
+    // The others are no messages of a tick, and are not counted as parts of one.
     default:
       return {0, 0};
   }

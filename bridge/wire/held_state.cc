@@ -62,7 +62,7 @@ morphbus::call_t ToWire(const HeldCall& held, int number, const TextLimits& limi
 }  // namespace
 
 HeldSplitter::HeldSplitter(const HeldState& held) : held_(held) {
-  // A task, or a call, that has parts is told with the first of them.
+  // The fields come first. A task, or a call, that has parts is told with the first of them.
   for (int f = 0; f < std::ssize(held.fields); ++f) items_.push_back({-1, -1, f});
   for (int t = 0; t < std::ssize(held.tasks); ++t) {
     const std::vector<HeldCall>& calls = held.tasks[t].calls;
@@ -105,12 +105,14 @@ morphbus::inspection_t HeldSplitter::Next(size_t room) {
   part.num_parts = parts_;
   part.num_fields = part.num_tasks = 0;
   const size_t first = next_;
+  // The size is asked of the encoder itself, so that no estimate can be wrong.
   const auto fits = [room](const morphbus::inspection_t& one) {
     return static_cast<size_t>(one._getEncodedSizeNoHash()) <= room;
   };
   for (; next_ < items_.size(); ++next_) {
     morphbus::inspection_t longer = part;
     Add(items_[next_], false, &longer);
+    // A value that fills a message by itself is told with its texts cut, since it would never fit.
     if (!fits(longer) && next_ == first) {
       longer = part;
       Add(items_[next_], true, &longer);
@@ -124,6 +126,8 @@ morphbus::inspection_t HeldSplitter::Next(size_t room) {
 
 Result<HeldState> JoinHeld(const std::vector<morphbus::inspection_t>& parts) {
   HeldState held;
+  // The parts continue each other: a task, or a call, that was not finished goes on in the next
+  // part.
   for (size_t p = 0; p < parts.size(); ++p) {
     const morphbus::inspection_t& part = parts[p];
     if (part.part != static_cast<int>(p) || part.num_parts != std::ssize(parts)) {
@@ -142,6 +146,7 @@ Result<HeldState> JoinHeld(const std::vector<morphbus::inspection_t>& parts) {
                               task.joint_name,
                               {}});
       }
+      // Calls are numbered within their task, and go on in the same way.
       std::vector<HeldCall>& calls = held.tasks.back().calls;
       for (const morphbus::call_t& call : task.calls) {
         const auto known = std::ssize(calls);
@@ -153,6 +158,7 @@ Result<HeldState> JoinHeld(const std::vector<morphbus::inspection_t>& parts) {
       }
     }
   }
+  // No part at all is no answer, rather than the answer of a program without fields and tasks.
   if (parts.empty()) return Fail("a part of the answer is missing");
   return held;
 }

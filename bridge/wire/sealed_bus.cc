@@ -8,6 +8,7 @@ namespace morphbus::bridge {
 
 void SealingBus::Publish(const std::string& channel, const uint8_t* data, size_t size) {
   if (key_.open()) return inner_->Publish(channel, data, size);
+  // The caller's bytes are not changed, since it may keep them to send them again.
   sealed_.assign(data, data + size);
   key_.Seal(channel, sealed_.data(), size);
   inner_->Publish(channel, sealed_.data(), size);
@@ -16,6 +17,7 @@ void SealingBus::Publish(const std::string& channel, const uint8_t* data, size_t
 Bus::Handler SealedBus::Checked(Handler handler) {
   return [this, handler = std::move(handler)](std::string_view channel, const uint8_t* data,
                                               size_t size) {
+    // Handlers need not ask again who a message is from.
     if (!key_.IsAuthentic(channel, data, size)) return CountUnauthentic(channel);
     handler(channel, data, size);
   };
@@ -23,6 +25,7 @@ Bus::Handler SealedBus::Checked(Handler handler) {
 
 void SealedBus::CountUnauthentic(std::string_view channel) {
   ++unauthentic_.all;
+  // Channels are counted by their name within the run.
   const std::string_view local = channel.substr(channel.find('/') + 1);
   const auto found = std::ranges::find(unauthentic_.channels, local, [](const auto& entry) {
     return std::string_view(entry.first);
@@ -30,6 +33,7 @@ void SealedBus::CountUnauthentic(std::string_view channel) {
   if (found != unauthentic_.channels.end()) {
     ++found->second;
   } else if (unauthentic_.channels.size() < kMostChannels) {
+    // A stranger may make up names without end: of so many the counts are kept.
     unauthentic_.channels.emplace_back(local, 1);
   }
 }

@@ -17,15 +17,18 @@ constexpr size_t kMaxKept = 1000;
 
 void DockingChanges::Take(const morphbus::module_sensors_t& reading, int64_t time_us) {
   Module& module = modules_[reading.module_id];
+  // A log may hold a reading twice, and out of order; the newest is known already.
   if (time_us <= module.time_us) return;
   std::set<Docking> now;
   for (const morphbus::docked_connector_t& d : reading.docked) {
     now.emplace(d.connector, d.mate_module, d.mate_connector);
   }
+  // The first reading is what the module was built with, and no change.
   const bool first = module.time_us < 0;
   module.time_us = time_us;
   if (first) module.name = reading.name;
   if (!first && now != module.dockings) {
+    // What was sensed and is not any more has parted; what is new has docked.
     for (const Docking& docking : module.dockings) {
       if (now.count(docking) == 0) Note(reading.module_id, time_us, false, docking);
     }
@@ -40,11 +43,13 @@ void DockingChanges::Note(int module, int64_t time_us, bool docked, const Dockin
   // Both modules sense a docking; it is noted for the one with the lower number.
   const auto [connector, mate, mate_connector] = docking;
   if (std::tie(mate, mate_connector) < std::tie(module, connector)) return;
+  // All are counted, also those that are not kept.
   ++count_;
   if (changes_.size() < kMaxKept) changes_.push_back({time_us, docked, module, docking});
 }
 
 bool DockingChanges::OfLoss(const Change& change) const {
+  // A module that is lost lets go of its neighbours, which is told as the loss.
   const auto was_lost = [&](int number) {
     const auto module = modules_.find(number);
     const auto lost = module == modules_.end() ? lost_.end() : lost_.find(module->second.name);
@@ -84,6 +89,7 @@ std::vector<DockingFact> DockingChanges::Facts(const model::Model* model,
     facts.push_back({change.time_us, change.docked, Name(model, robot, change.module, connector),
                      Name(model, robot, mate, mate_connector)});
   }
+  // Modules were read one after the other: the changes of all of them are brought into one order.
   std::stable_sort(facts.begin(), facts.end(), [](const DockingFact& a, const DockingFact& b) {
     return a.time_us < b.time_us;
   });

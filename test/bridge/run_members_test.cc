@@ -17,7 +17,9 @@ constexpr int64_t kLater = 1'000'000;
 
 RunMembers TwoModulesAndALogger(bool realtime = false) {
   const ExpectedMembers expected = {
-      kModelHash, kProgramHash, {{"m1", 0, "FAKE", kKinematicsHash}, {"m2", 1, "FAKE", kKinematicsHash}}};
+      kModelHash,
+      kProgramHash,
+      {{"m1", 0, "FAKE", kKinematicsHash}, {"m2", 1, "FAKE", kKinematicsHash}}};
   return RunMembers(expected, true, realtime);
 }
 

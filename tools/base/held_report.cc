@@ -19,6 +19,7 @@ Json TaskJson(const bridge::HeldTask& task) {
         {{"function", call.function}, {"line", call.line}, {"locals", LocalsJson(call.locals)}});
   }
   Json json = {{"kind", vm::TaskKindName(task.kind)}, {"routine", task.routine}};
+  // What it waits for stands beside the other members, not in an object of its own.
   json.update(WaitJson(task.wait, task.until_us, task.joint));
   json["calls"] = calls;
   return json;
@@ -34,6 +35,7 @@ Json WaitJson(vm::WaitKind wait, int64_t until_us, const std::string& joint) {
 }
 
 std::string WaitText(const Json& wait) {
+  // A time and a joint say themselves what is waited for.
   if (wait.contains("until")) return fmt::format("{:.2f} s", wait["until"].get<double>());
   if (wait.contains("joint")) return "joint " + wait["joint"].get<std::string>();
   return wait["waits_for"].get<std::string>();

@@ -15,18 +15,21 @@ namespace {
 
 /// The name of a label's part; null for one that is not resolved.
 Json LabelJson(const model::ModuleType& type, const morphbus::label_t& label) {
+  // The index counts the type's joints or its links, as the label's kind says.
   if (label.index < 0) return nullptr;
   if (label.kind == morphbus::label_t::KIND_JOINT) {
     if (label.index < std::ssize(type.joints)) return type.joints[label.index].name;
   } else if (label.index < std::ssize(type.links)) {
     return type.links[label.index].name;
   }
+  // A damaged log may name a part that the type does not have: its number is all that is known.
   return label.index;
 }
 
 }  // namespace
 
 std::string SourceOfImage(const std::string& image) {
+  // An image that the verifier refuses has no name that could be relied on.
   const Result<std::unique_ptr<vm::VerifiedProgram>> program = VerifyProgram(image);
   if (!program) return "";
   const vm::Text name = (*program)->source_name();
@@ -37,6 +40,7 @@ Json InspectionJson(const std::string& module, const model::ModuleType& type,
                     const Inspection& inspection, const std::string& program) {
   const morphbus::status_t& status = inspection.status;
   Json labels = Json::object(), conventions = Json::object();
+  // Labels are told by name; conventions by joint, as signs: 0 where the program has set none.
   for (const morphbus::label_t& label : status.labels) labels[label.name] = LabelJson(type, label);
   for (int j = 0; j < std::min(std::ssize(status.joint_sign), std::ssize(type.joints)); ++j) {
     conventions[type.joints[j].name] = status.joint_sign[j];
@@ -68,9 +72,11 @@ Json InspectionsOf(const logger::RunLog& log) {
   for (const logger::ModuleSeries& module : log.modules) {
     if (log.robot == nullptr || module.model_index < 0) continue;
     const model::ModuleType& type = log.model->TypeOf(*log.robot, module.model_index);
+    // An answer comes in several STATUS; it is whole with the last of its parts.
     bridge::InspectionCollector collector;
     for (const logger::StatusSample& sample : module.status) {
       std::optional<bridge::HeldState> held = collector.Take(sample.status);
+      // Only an answer that is whole is told.
       if (!held) continue;
       const auto program = static_cast<uint64_t>(sample.status.header.program_hash);
       Json& answers = ticks.try_emplace(sample.tick, Json::array()).first->second;
@@ -80,6 +86,7 @@ Json InspectionsOf(const logger::RunLog& log) {
   }
   Json inspections = Json::array();
   for (auto& [tick, answers] : ticks) {
+    // All answers of a tick have its time.
     const Json seconds = answers.front()["seconds"];
     inspections.push_back({{"tick", tick}, {"seconds", seconds}, {"modules", std::move(answers)}});
   }
@@ -95,6 +102,7 @@ std::string AnswersText(const Json& answers) {
                         !answer["has_pose"].get<bool>()    ? "unknown"
                         : answer["pose_stale"].get<bool>() ? "stale"
                                                            : "known");
+    // What the role has found out about the module: its labels, and the conventions that are set.
     for (const auto& [name, part] : answer["labels"].items()) {
       text += fmt::format("  label {} = {}\n", name,
                           part.is_string() ? part.get<std::string>() : "(not resolved)");
@@ -103,6 +111,7 @@ std::string AnswersText(const Json& answers) {
       if (sign.get<int>() == 0) continue;
       text += fmt::format("  joint {}: sign {}\n", joint, sign.get<int>() > 0 ? "+" : "-");
     }
+    // What the program keeps, and what it is doing.
     text += FieldsText(answer["fields"]) +
             TasksText(answer["tasks"], answer["program"].get<std::string>());
   }

@@ -67,12 +67,14 @@ Result<void> CommandEffects::Apply(const ControlCommand& command, int64_t tick) 
 
 DeploymentSchedule::Order CommandEffects::OrderOf(const ControlCommand& command,
                                                   int64_t tick) const {
+  // How long the image needs to reach every module depends on the hops from where it is put in.
   const auto module = static_cast<size_t>(check_.Addressee(command));
   return {tick, command.at, images_.Image(command.program_hash).size(),
           sim_.readings().HopsFrom(module), sim_.delivery().whole()};
 }
 
 Result<void> CommandEffects::Push(const ControlCommand& command) {
+  // The direction may have any length, since the strength is a number of its own.
   const Eigen::Vector3d direction_W(command.direction_W[0], command.direction_W[1],
                                     command.direction_W[2]);
   return robot_.Push(command.part.module, command.newtons * direction_W.normalized(),
@@ -81,6 +83,7 @@ Result<void> CommandEffects::Push(const ControlCommand& command) {
 
 void CommandEffects::Deploy(const ControlCommand& command, int64_t tick) {
   const DeploymentSchedule::Order order = OrderOf(command, tick);
+  // The times are planned before anything is sent: all modules begin the program in one tick.
   const DeploymentSchedule::Times times = schedule_.Plan(order);
   const vm::PackageHead head = schedule_.Begin(order, times);
   // The head goes before the image, and gives the package its name.
@@ -94,6 +97,7 @@ void CommandEffects::Deploy(const ControlCommand& command, int64_t tick) {
 
 Result<void> CommandEffects::Invoke(const ControlCommand& command) {
   const auto module = static_cast<size_t>(check_.Addressee(command));
+  // What roles and commands there are is known only from the program that runs in the module now.
   const vm::VerifiedProgram* program = images_.Find(sim_.program_of(module));
   if (program == nullptr) return Fail("nobody knows the program that runs there");
   const Result<vm::InvokeRequest> request = ResolveCall(*program, command);
@@ -103,6 +107,7 @@ Result<void> CommandEffects::Invoke(const ControlCommand& command) {
 }
 
 void CommandEffects::Inspect(const ControlCommand& command) {
+  // A lost module cannot answer, and nobody waits for it.
   const bool all = command.part.module.empty();
   for (size_t module = 0; module < check_.num_modules(); ++module) {
     const bool asked = all || module == static_cast<size_t>(check_.ModuleOf(command));
