@@ -64,6 +64,7 @@ constexpr NamedDirection kDirections[] = {
 /// The parts between separators; empty ones are left out.
 std::vector<std::string> SplitWords(std::string_view text, char separator) {
   std::vector<std::string> words;
+  // Several separators in a row, as people type blanks, count as one.
   while (!text.empty()) {
     const size_t end = std::min(text.find(separator), text.size());
     if (end > 0) words.emplace_back(text.substr(0, end));
@@ -191,6 +192,7 @@ Result<void> TakeSpeed(const std::string& word, ControlCommand* command) {
 
 /// BODY DIRECTION NEWTON [SECONDS].
 Result<void> TakePush(const std::vector<std::string>& words, ControlCommand* command) {
+  // The first mistake is the one that is told.
   Result<void> taken = TakePart(words[1], false, &command->part);
   if (taken) taken = TakeDirection(words[2], &command->direction_W);
   if (taken) taken = TakeNumber("NEWTON", words[3], 0.0, kMostNewtons, &command->newtons);
@@ -226,6 +228,8 @@ Result<void> TakeInvoke(const std::vector<std::string>& words, ControlCommand* c
 
 /// Reads what follows the name; there are as many words as the command takes.
 Result<void> TakeWords(const std::vector<std::string>& words, ControlCommand* command) {
+  // Names are only taken apart here: whether the robot has such modules and connectors the run
+  // says.
   switch (command->kind) {
     case ControlKind::kPause:
     case ControlKind::kResume:
@@ -384,6 +388,7 @@ Result<ControlCommand> ParseControl(std::string_view text) {
     std::vector<std::string> names;
     for (const CommandRow& r : kCommands) names.emplace_back(r.name);
     const std::string nearest = source::NearestName(words[0], names);
+    // A word that is near to a command is probably that command misspelt; else all are listed.
     return Fail(fmt::format("no command '{}'{}", words[0],
                             nearest.empty()
                                 ? "; there are " + fmt::format("{}", fmt::join(names, ", "))
@@ -396,6 +401,7 @@ Result<ControlCommand> ParseControl(std::string_view text) {
   if (words.size() - 1 < row->least || words.size() - 1 > row->most) {
     return Fail(fmt::format("expected: {}{}", row->name, row->usage));
   }
+  // Text and message are held to the same rules, so that CLOCK can name every command as text.
   if (Result<void> r = TakeWords(words, &command); !r) return Fail(r.error().message);
   if (Result<void> r = CheckControl(command); !r) return Fail(r.error().message);
   return command;

@@ -142,6 +142,7 @@ CommandFilter::Kind CommandFilter::Take(int64_t counter, int64_t sequence) {
     known->sequence = sequence;
     return known->taken ? Kind::kAgain : Kind::kOvertaken;
   }
+  // Too old to be remembered, it may have been obeyed long ago, and must not be obeyed again.
   if (counter <= forgotten_) return Kind::kRepeat;
   heard_.push_back({counter, sequence, is_new});
   if (heard_.size() > kRemembered) {
@@ -184,6 +185,7 @@ void ControlService::OnMessage(const uint8_t* data, size_t size) {
     ++ledger_.malformed_commands;
     return;
   }
+  // Whether it is new comes before what it says: no command is obeyed twice.
   ++ledger_.received;
   switch (filter_.Take(message.counter, message.header.sequence)) {
     case CommandFilter::Kind::kRepeat:

@@ -21,6 +21,7 @@ bool AllFinite(const Numbers& numbers) {
 
 void RobotReadings::Sense(SimulatedRobot* robot,
                           const std::function<morphbus::root_pose_t()>& root) {
+  // All are of one moment: the physics stands still meanwhile.
   robot->Sense(&modules_);
   robot->Truth(&bodies_);
   robot->ContactForces(&contacts_);
@@ -29,6 +30,8 @@ void RobotReadings::Sense(SimulatedRobot* robot,
 
 void RobotReadings::HideLost(const std::function<bool(int id)>& lost) {
   for (morphbus::module_sensors_t& reading : modules_) {
+    // What a lost module's own connectors sense is not told, nor that another module is mated to
+    // it.
     const bool gone = lost(reading.module_id);
     std::erase_if(reading.docked, [&](const morphbus::docked_connector_t& docked) {
       return gone || lost(docked.mate_module);
@@ -38,6 +41,7 @@ void RobotReadings::HideLost(const std::function<bool(int id)>& lost) {
 }
 
 std::string RobotReadings::WhyUnusable(size_t num_modules) const {
+  // Every module waits for a reading of its own.
   if (modules_.size() != num_modules) {
     return "the simulator senses " + std::to_string(modules_.size()) + " modules instead of " +
            std::to_string(num_modules);
@@ -56,6 +60,7 @@ std::string RobotReadings::WhyUnusable(size_t num_modules) const {
              " mated connectors, the most a module can handle";
     }
   }
+  // WORLD is refused by its receivers if a number in it is not finite, and the log would lack it.
   for (const morphbus::body_pose_t& body : bodies_) {
     if (!AllFinite(body.position_m) || !AllFinite(body.orientation_wxyz)) {
       return "the simulation became unstable: a body is nowhere";
@@ -81,6 +86,7 @@ int RobotReadings::HopsFrom(size_t module) const {
   for (size_t next = 0; next < row.size() && row[next] < modules_.size(); ++next) {
     for (const morphbus::docked_connector_t& docked : modules_[row[next]].docked) {
       const auto mate = place.find(docked.mate_module);
+      // A mate that has been reached before was reached by fewer dockings.
       if (mate == place.end() || hops[mate->second] >= 0) continue;
       most = hops[mate->second] = hops[row[next]] + 1;
       row.push_back(mate->second);

@@ -16,11 +16,14 @@ std::vector<morphbus::totals_t> SplitTotals(const std::string& process, int64_t 
   empty.process = process;
   empty.last_tick = last_tick;
   const std::string hash = RunHash(totals);
+  // The hash tells parts of this report from those of another one that the process made for the
+  // same tick.
   empty.report_hash =
       static_cast<int64_t>(DigestOf(reinterpret_cast<const uint8_t*>(hash.data()), hash.size()));
   empty.num_totals = 0;
   std::vector<morphbus::totals_t> parts = {empty};
   for (const ChannelTotal& published : totals) {
+    // A part is filled until the next channel would make it longer than a datagram.
     const morphbus::channel_total_t total = ToWire(published);
     const size_t size = static_cast<size_t>(parts.back().getEncodedSize()) +
                         static_cast<size_t>(total._getEncodedSizeNoHash());
@@ -57,6 +60,7 @@ bool TotalsParts::Take(const morphbus::totals_t& part) {
     gathered_.push_back(
         {total.channel, total.count, static_cast<uint64_t>(total.chained_hash), total.hashed != 0});
   }
+  // Only a whole report takes the place of the one before.
   if (std::find(parts_.begin(), parts_.end(), false) != parts_.end()) return false;
   whole_ = gathered_;
   complete_ = true;
@@ -91,6 +95,7 @@ std::string WhereTheLogDiffers(const std::vector<ChannelTotal>& published,
   // By channel, in order of name; one that a side does not mention has no messages there.
   std::map<std::string_view, BothSides> channels;
   for (const ChannelTotal& total : recorded) {
+    // Channels outside the hash may repeat or lose messages, and need not agree.
     if (!total.hashed) continue;
     BothSides& both = channels[total.channel];
     both.recorded = total.count;

@@ -22,6 +22,7 @@ HeldValue ToHeld(const vm::VerifiedProgram& program, const vm::VerifiedKinematic
 /// The function of the routine that a task runs, by its place in the role; -1 if the role has no
 /// such routine.
 int RoutineOf(const vm::RoleInfo& role, const vm::Task& task) {
+  // A task is kept by its kind and its place among the role's routines of that kind.
   switch (task.kind) {
     case vm::TaskKind::kStartup:
       return task.index < role.num_startups ? int{role.startups[task.index]} : -1;
@@ -41,6 +42,7 @@ std::vector<HeldValue> ReadLocals(const vm::VerifiedProgram& program,
                                   const vm::VerifiedKinematics& kinematics, const vm::Frame& call,
                                   uint32_t pc, const vm::Cell* cells) {
   const vm::FunctionInfo function = program.function(call.function);
+  // A variable whose assignment has not been reached has no value, whatever its cell holds.
   const unsigned set = vm::SetLocals(program, call.function, pc);
   std::vector<HeldValue> locals;
   for (int i = 0; i < function.num_locals; ++i) {
@@ -55,6 +57,7 @@ std::vector<HeldValue> ReadFields(const vm::VerifiedProgram& program,
                                   const vm::VerifiedKinematics& kinematics,
                                   const vm::RoleState& role) {
   std::vector<HeldValue> fields;
+  // Fields belong to the role, and there are none before it is taken.
   if (role.role < 0) return fields;
   const vm::RoleInfo info = program.role(role.role);
   for (int f = 0; f < info.num_fields; ++f) {
@@ -84,6 +87,7 @@ HeldTask ReadTask(const vm::VerifiedProgram& program, const vm::VerifiedKinemati
     out.calls.push_back({NameText(program.function_name(frame.function)),
                          program.LineOf(frame.function, at),
                          ReadLocals(program, kinematics, frame, at, task.stack.cells)});
+    // What has no value yet is not told.
     std::erase_if(out.calls.back().locals,
                   [](const HeldValue& local) { return local.value.empty(); });
   }
@@ -96,6 +100,7 @@ HeldState ReadHeld(const vm::VerifiedProgram& program, const vm::VerifiedKinemat
   held.fields = ReadFields(program, kinematics, state.role);
   if (state.role.role < 0) return held;
   const vm::RoleInfo role = program.role(state.role.role);
+  // The scheduler has a fixed number of places, of which few are taken.
   for (const vm::Task& task : state.scheduler.tasks) {
     if (task.used) held.tasks.push_back(ReadTask(program, kinematics, role, task));
   }

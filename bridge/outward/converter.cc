@@ -36,6 +36,7 @@ LinkPose WorldForViewers() {
 
 /// R in W for a robot that stands on the ground at its start values, its origin above x = z = 0.
 LinkPose StandingOnGround(const RunModel& run) {
+  // Up is y in W and in R. The robot is lifted until its lowest corner is at height 0.
   double lowest = std::numeric_limits<double>::infinity();
   for (size_t m = 0; m < run.X_RL_start.size(); ++m) {
     const model::ModuleType& type = run.TypeOf(static_cast<int>(m));
@@ -221,6 +222,7 @@ void Converter::SendJoints() {
   // The same numbers twice: in our schema with targets and signs, and in the one that viewers know.
   morphbus::Joints joints;
   foxglove::JointStates joint_states;
+  // Where a log is only read through, the tick still counts as told.
   if (!*sink_) return sensors_.have.clear();
   SetTime(sensors_.time_us, joints.mutable_timestamp());
   SetTime(sensors_.time_us, joint_states.mutable_timestamp());
@@ -298,12 +300,15 @@ void Converter::AddTransform(int64_t time_us, const std::string& parent, const s
 }
 
 void Converter::AddBaseFrames(int64_t time_us, foxglove::FrameTransforms* out) {
+  // Names begin with the source, so that several runs can be shown in one scene.
   AddTransform(time_us, "world", source_ + "/world", WorldForViewers(), out);
   AddTransform(time_us, source_ + "/world", source_ + "/robot", X_WR_, out);
 }
 
 void Converter::OnWorld(const RunMessage& /*message*/, morphbus::world_t&& world) {
   if (!BeginGathering(world.header, &world_, &Converter::SendWorld)) return;
+  // The first part of a tick takes the place of the bodies of the tick before; a part that comes
+  // twice counts once.
   if (world_.have.empty()) bodies_.clear();
   if (!world_.have.insert(world.part).second) return;
   bodies_.insert(bodies_.end(), world.bodies.begin(), world.bodies.end());
@@ -336,6 +341,7 @@ void Converter::SendWorld() {
   // All links of a tick in one message, so that no viewer sees half a robot moved.
   foxglove::FrameTransforms transforms;
   AddBaseFrames(world_.time_us, &transforms);
+  // A link that no body carries has no pose, and is left out.
   for (int m = 0; m < num_modules(); ++m) {
     for (int l = 0; l < static_cast<int>(places_[m].size()); ++l) {
       if (places_[m][l].body < 0) continue;

@@ -53,6 +53,8 @@ void PairComparer::FindRest() {
   at_rest_.clear();
   const std::vector<int64_t> moves_a = MovingTimesOf(a_);
   const std::vector<int64_t> moves_b = MovingTimesOf(b_);
+  // The same thing may happen in one run up to event_s before it happens in the other, so that a
+  // tick counts only if nothing moves for so long before and after it.
   for (const int64_t tick : ticks_) {
     if (!HasTimeIn(moves_a, tick - window_us_, tick + window_us_) &&
         !HasTimeIn(moves_b, tick - window_us_, tick + window_us_)) {
@@ -100,6 +102,7 @@ PoseTrack PairComparer::InBaseFrame(const PoseTrack& track, const PoseTrack& bas
   PoseTrack moved;
   ForCommonTimes(track.time_us, base.time_us, std::numeric_limits<int64_t>::max(),
                  [&](size_t i, size_t j) {
+                   // The base is moved to where it lies at rest, and takes the link along.
                    moved.Add(track.time_us[i], rest * base.value[j].inverse() * track.value[i]);
                  });
   return moved;
@@ -113,6 +116,7 @@ CountTrack PairComparer::Lasting(CountTrack counts) const {
   // Each stretch of differences is looked at as a whole.
   for (size_t begin = 0; begin < counts.value.size();) {
     size_t end = begin;
+    // A difference that is over within event_s only shows that one run was ahead of the other.
     while (end < counts.value.size() && counts.value[end] > 0) ++end;
     const bool brief = end > begin && counts.time_us[end - 1] - counts.time_us[begin] < window_us_;
     if (brief)
@@ -143,6 +147,7 @@ void PairComparer::CompareCommandStarts(const Subject& of, const JointPair& join
   const auto b = CommandStarts(mb, joint.joint_b, SignsOfB(mb, joint));
   const Alignment& alignment = out_.alignment;
   const TimeMap& map = alignment.of_pair[&of.pair - out_.matching.pairs.data()];
+  // The n-th command of the joint in A answers to its n-th in B.
   const size_t common = std::min(a.size(), b.size());
   // What each command tells the joint.
   {
@@ -160,6 +165,7 @@ void PairComparer::CompareCommandStarts(const Subject& of, const JointPair& join
       const bool alike = a[i].command.mode == b[i].command.mode;
       const double difference = std::abs(a[i].command.value - b[i].command.value);
       meter.Add(a[i].time_us,
+                // Commands of unlike modes differ visibly, whatever their values are.
                 alike ? difference : std::max({difference, 2 * item.tolerance, 1e-6}));
     }
   }

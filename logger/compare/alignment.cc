@@ -41,6 +41,7 @@ int64_t Median(std::vector<int64_t> values) {
 
 /// The n-th command of one is the n-th of the other, as long as they are the same; and the role.
 std::vector<SharedEvent> SharedEvents(const RunLog& a, const RunLog& b, const ModulePair& pair) {
+  // Taking the role counts, too: a module whose joints are told nothing has no other event.
   std::vector<SharedEvent> events;
   if (pair.taken_a_us >= 0 && pair.taken_b_us >= 0) {
     events.push_back({pair.taken_a_us, pair.taken_b_us});
@@ -65,6 +66,7 @@ TimeMap MapOfRobot(const std::vector<SharedEvent>& events) {
   const int count = static_cast<int>(events.size());
   for (int i = 0; i < count; ++i) {
     std::vector<int64_t> shifts;
+    // The median passes over a module that is early or late by itself.
     for (int j = std::max(0, i - kNeighbours); j <= std::min(count - 1, i + kNeighbours); ++j) {
       shifts.push_back(events[j].shift());
     }
@@ -135,6 +137,7 @@ int64_t BestShift(const JointGrid& grid, int64_t middle, int64_t reach) {
   for (int64_t shift = middle - reach; shift <= middle + reach; ++shift) {
     const double cost = grid.Cost(shift);
     if (cost > least || (cost == least && std::abs(shift) >= std::abs(best))) continue;
+    // Where the runs have too little in common the shift is no candidate.
     if (cost == std::numeric_limits<double>::infinity()) continue;
     best = shift;
     least = cost;
@@ -144,6 +147,7 @@ int64_t BestShift(const JointGrid& grid, int64_t middle, int64_t reach) {
 
 /// The lag of B at which the joints move alike: coarsely over the whole reach, then by ticks.
 int64_t BestLag(const RunLog& a, const RunLog& b, const Matching& matching) {
+  // A log without CLOCK has ticks of no length, by which nothing can be divided.
   const int64_t tick_us = std::max<int64_t>(a.tick_us, 1000);
   // Coarse steps are such that a long run costs no more than a short one.
   const int64_t length_us = std::max(a.ticks_us.back(), b.ticks_us.back());
@@ -238,6 +242,7 @@ Alignment FindAlignment(const RunLog& a, const RunLog& b, const Matching& matchi
   }
   std::sort(all.begin(), all.end(), EarlierInB);
   alignment.events = static_cast<int64_t>(all.size());
+  // How far the shifts lie apart tells the reader how much the runs stray from each other in time.
   std::vector<int64_t> shifts;
   for (const SharedEvent& event : all) shifts.push_back(event.shift());
   if (!shifts.empty()) {
@@ -270,6 +275,7 @@ RunLog Aligned(const RunLog& a, const RunLog& b, const Matching& matching,
       return down * tick_us;
     };
   };
+  // A module without a counterpart goes with the robot as a whole.
   std::vector<const TimeMap*> maps(log.modules.size(), &alignment.of_robot);
   for (size_t p = 0; p < matching.pairs.size(); ++p) {
     maps[matching.pairs[p].b] = &alignment.of_pair[p];
@@ -277,6 +283,7 @@ RunLog Aligned(const RunLog& a, const RunLog& b, const Matching& matching,
   for (size_t m = 0; m < log.modules.size(); ++m) {
     ModuleSeries& module = log.modules[m];
     const auto map = on(*maps[m]);
+    // Of each kind a module has one sample a tick, but for STATUS, of which it may send several.
     Retime(&module.sensors, true, map);
     Retime(&module.transforms, true, map);
     Retime(&module.actuators, true, map);

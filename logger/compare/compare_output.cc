@@ -81,6 +81,8 @@ std::string TopicOfChannel(const std::string& channel) {
 
 /// What one run says of the message that differs.
 nlohmann::json TracedJson(const TracedMessage& message) {
+  // A run without such a message has neither channel nor tick. File, line and function stay null
+  // unless a call of the program asked for the message.
   nlohmann::json json = {
       {"channel",
        message.channel.empty() ? nlohmann::json(nullptr) : nlohmann::json(message.channel)},
@@ -159,6 +161,7 @@ nlohmann::json CommandsJson(const Comparison& comparison) {
 void AddFigures(const Comparison& comparison, std::string* text) {
   for (const auto& [figures, which] :
        {std::pair(&comparison.figures_a, "A"), std::pair(&comparison.figures_b, "B")}) {
+    // At the sample level there are none.
     if (!*figures) continue;
     for (const auto& [name, value] : FigureLines(**figures)) {
       AddLine(text, "  {}: {:<16} {}", which, name, value);
@@ -176,6 +179,8 @@ void AddTrace(const Comparison& comparison, std::string* text) {
           Seconds(item.first_over_us), QuantityName(item.quantity), RoleName(item.role),
           item.label.empty() ? "" : " ", item.label);
   for (const auto& [message, which] : {std::pair(&trace.a, "A"), std::pair(&trace.b, "B")}) {
+    // Of a command either the call is known or why it is not; of what no program sends there is
+    // neither.
     std::string what =
         message->line ? "sent by " + SourceLineText(*message->line) : message->why_not;
     if (!what.empty()) what = ", " + what;
@@ -279,8 +284,11 @@ DisplayUnit DisplayUnitOf(const std::string& unit) {
 }
 
 std::string NumberText(double value, const std::string& unit) {
+  // A count has no decimals.
   if (unit.empty()) return fmt::format("{:.0f}", value);
   const double shown = value * DisplayUnitOf(unit).scale;
+  // Three decimals must not turn a small difference into none; less than 1e-7 is what rounding
+  // leaves.
   if (std::abs(shown) >= 1e-7 && std::abs(shown) < 5e-4) return shown < 0 ? ">-0.001" : "<0.001";
   return fmt::format("{:.3f}", shown);
 }
@@ -407,6 +415,7 @@ std::string ComparisonText(const Comparison& comparison, bool all) {
   AddFigures(comparison, &text);
   AddTrace(comparison, &text);
   AddCommands(comparison, &text);
+  // Logs of which nothing could be compared have no table.
   if (!comparison.items.empty())
     text += "\n" + (all ? TableByRole(comparison) : TableByQuantity(comparison));
   return text;
@@ -456,6 +465,7 @@ nlohmann::json ComparisonJson(const Comparison& comparison) {
       {"trace", TraceJson(comparison)},
       {"level", comparison.level == Level::kGait ? "gait" : "sample"},
       {"align", AlignmentJson(comparison.alignment)}};
+  // The gaits' figures are there at the gait level only, and so are their keys.
   if (comparison.figures_a && comparison.figures_b) {
     json["gait"] = {{"a", GaitJson(comparison.figures_a->gait)},
                     {"b", GaitJson(comparison.figures_b->gait)}};

@@ -141,6 +141,7 @@ class Rerun {
       input.tick = sensors.header.tick;
       input.sim_time_us = sensors.header.sim_time_us;
       Tick& tick = ticks_[input.tick];
+      // A SENSORS that was sent again must not hand its pieces of a program over twice.
       tick.pieces.clear();
       for (const morphbus::invoke_request_t& request : sensors.requests) {
         if (request.module_id != reading.module_id) continue;
@@ -152,6 +153,7 @@ class Rerun {
       for (const morphbus::root_pose_t& pose : sensors.root_poses) {
         if (pose.module_id == reading.module_id) bridge::FromRootPose(pose, &input);
       }
+      // The process was told its number by the launcher; the log has it in the readings.
       module_id_ = static_cast<uint16_t>(reading.module_id);
       tick.inspected = bridge::IsInspected(sensors, module_id_);
       tick.input = input;
@@ -201,11 +203,16 @@ class Rerun {
       const bool whole = next.input && !next.transform.empty() && !next.actuator.empty() &&
                          HasAllStatus(next) && CountUnheard(*next.input) == 0;
       if (!whole && !at_end && newest_tick_ < tick + kLatestTicks) break;
+      // Only the module's own TRANSFORM says in which incarnation it was, so no tick is computed
+      // without it. At the end of the file a reading that no module has answered is where the log
+      // breaks off, and was not skipped.
       if (next.input && !next.transform.empty()) {
         Compute(tick, &next);
       } else if (next.input && (!at_end || tick < newest_said_)) {
         ++summary_.skipped;
       }
+      // The count of STATUS goes on from tick to tick: what the next tick adds is told by the
+      // difference.
       if (!next.actuator.empty()) status_count_ = next.status_count;
       next_tick_ = tick + 1;
       ticks_.erase(ticks_.begin());
@@ -220,6 +227,8 @@ class Rerun {
   void Compute(int64_t tick, Tick* at) {
     Begin(at->incarnation);
     summary_.unheard += CountUnheard(*at->input);
+    // What the neighbours said in the tick before, connector by connector. The VM reads it during
+    // its tick, so that the decoded messages live until then.
     std::vector<std::unique_ptr<vm::NeighbourMessage>> messages;
     for (int c = 0; c < kinematics_->num_connectors(); ++c) {
       const vm::ConnectorReading& connector = at->input->connectors[c];
@@ -233,6 +242,7 @@ class Rerun {
       bridge::FromTransform(*transform, messages.back().get());
       at->input->messages[c] = messages.back().get();
     }
+    // As in the run, pieces of programs are taken before the tick that they came with.
     for (const morphbus::deploy_piece_t& piece : at->pieces) controller_->TakePiece(piece);
     StepShower shower(visitors_, *controller_, *kinematics_, *at->input);
     controller_->vm().Observe(visitors_.step ? &shower : nullptr);
@@ -250,6 +260,8 @@ class Rerun {
   /// A module that begins, or begins anew.
   void Begin(uint32_t incarnation) {
     if (controller_ != nullptr && incarnation == config_.incarnation) return;
+    // The module's process had its options from the launcher; here they come from the log's
+    // description.
     config_ = vm::VmConfig();
     config_.module_id = module_id_;
     config_.incarnation = incarnation;
@@ -265,6 +277,8 @@ class Rerun {
 
   /// What the module says now, beside what it said then.
   void Compare(int64_t tick, const Tick& at) {
+    // Now and then, and when asked, the process published STATUS though nothing had changed. The
+    // log holds one then, and it is made here, too.
     std::vector<morphbus::status_t> status;
     if (output_->status.changed || !at.status.empty()) {
       status = controller_->Describe(output_->status, at.inspected);
@@ -374,6 +388,8 @@ Result<CommandingCall> FindCommandingCall(const RunLog& log, int module, int joi
   Result<CommandingCall> call = Fail("no call of the program has commanded the joint yet");
   bool alike = false;
   RerunVisitors visitors;
+  // The VM keeps for every joint the call that last told it anything, which is looked up after the
+  // tick in question.
   visitors.tick = [&](const ComputedTick& computed) {
     if (computed.input.tick != tick || joint >= computed.kinematics.num_joints()) return;
     const vm::JointState& state = computed.state.joints[joint];

@@ -76,6 +76,8 @@ PairComparer::PairComparer(const RunLog& a, const RunLog& b, const RunLog& own_b
   }
   if (!by_ticks_) tolerances_ = AlignedTolerances();
   window_us_ = std::llround(ToleranceFor({}, Quantity::kEvent, "s") * 1e6);
+  // The first command of a role is dated from the time at which the role was taken, in B by B's own
+  // clock.
   for (const ModulePair& pair : out->matching.pairs) {
     own_taken_b_[&pair] = -1;
     for (const RoleSpan& span : RoleSpans(own_b.modules[pair.b], own_b.ticks_us.back())) {
@@ -363,6 +365,7 @@ void PairComparer::CompareJoint(const Subject& of, const JointPair& joint) {
   if (Wanted(Quantity::kJointAngle)) {
     const JointSigns signs_a = SignsOfA(of.a, joint);
     const JointSigns signs_b = SignsOfB(of.b, joint);
+    // Both sides' values count in one direction, whichever way round the joints are built in.
     const auto compare = [&](const Measure& measure, const auto& track) {
       const ScalarTrack a = track(of.a, joint.joint_a, signs_a);
       const ScalarTrack b = track(of.b, joint.joint_b, signs_b);
@@ -371,6 +374,7 @@ void PairComparer::CompareJoint(const Subject& of, const JointPair& joint) {
     compare(joint.prismatic ? Measure{Quantity::kJointTravel, "m"}
                             : Measure{Quantity::kJointAngle, "rad"},
             AngleTrack);
+    // How fast a joint moves, and what its motor exerts, says something at equal instants only.
     if (by_ticks_) {
       compare(joint.prismatic ? Measure{Quantity::kJointVelocity, "m/s"}
                               : Measure{Quantity::kJointVelocity, "rad/s"},
@@ -390,6 +394,8 @@ void PairComparer::CompareJoint(const Subject& of, const JointPair& joint) {
 
 void PairComparer::CompareCounts(const ItemNames& names, Quantity quantity, CountTrack counts) {
   Item& item = AddExactItem(names, quantity, "");
+  // A count is there for the instants of which both logs have a sample, so that one row of times
+  // stands for both.
   item.missing += LackAtTicks(counts.time_us, counts.time_us).instants;
   if (!by_ticks_) counts = Lasting(std::move(counts));
   Meter meter(&item);
@@ -401,6 +407,8 @@ void PairComparer::Compare(const ModulePair& pair) {
   const ItemNames& names = modules.names;
   const int64_t end_us = out_.compared_until_us;
   // Role and labels, then every link and joint, then the module as a whole.
+  // A role is compared over the whole run at once; in later stretches its items are only stepped
+  // over.
   if (slice_ == 0) {
     const size_t before = out_.items.size();
     CompareRole(modules);

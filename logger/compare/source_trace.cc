@@ -56,6 +56,7 @@ int OrderOf(Topic topic) {
 std::pair<const ModulePair*, const JointPair*> JointOf(const RunLog& a, const RunLog& b,
                                                        const Comparison& comparison,
                                                        const Item& item) {
+  // An item knows its modules and its label by name only.
   for (const ModulePair& pair : comparison.matching.pairs) {
     if (a.modules[pair.a].name != item.module_a || b.modules[pair.b].name != item.module_b) {
       continue;
@@ -82,6 +83,7 @@ int64_t TickOf(const RunLog& log, int64_t time_us) {
 
 /// Fills in the call by which a module commanded a joint at the message's tick.
 void FindLine(const RunLog& log, int module, int joint, TracedMessage* message) {
+  // The module is run again, since no message says which line a command came from.
   const Result<CommandingCall> call = FindCommandingCall(log, module, joint, message->tick);
   if (!call) {
     message->why_not = call.error().message;
@@ -110,6 +112,7 @@ std::optional<Trace> TraceDivergence(const RunLog& a, const RunLog& b,
     first = i;
     earliest = at;
   }
+  // What differs may be in no message at all, as the length of a run.
   if (!first) return std::nullopt;
   Trace trace;
   trace.item = *first;
@@ -133,6 +136,7 @@ std::optional<Trace> TraceDivergence(const RunLog& a, const RunLog& b,
         CommandStarts(a.modules[pair->a], joint->joint_a, SignsOfA(a.modules[pair->a], *joint));
     const auto in_b =
         CommandStarts(b.modules[pair->b], joint->joint_b, SignsOfB(b.modules[pair->b], *joint));
+    // In A the time says which command of the joint it is; in B it is the one of the same number.
     const int number = CommandAt(in_a, item.first_over_us);
     if (number < 0 || number >= static_cast<int>(in_b.size())) {
       trace.b.tick = -1;
@@ -141,6 +145,7 @@ std::optional<Trace> TraceDivergence(const RunLog& a, const RunLog& b,
       trace.b.tick = TickOf(b, in_b[number].time_us);
     }
   }
+  // A run that lacks the command has no tick, and no call to look for.
   if (trace.a.tick >= 0) FindLine(a, pair->a, joint->joint_a, &trace.a);
   if (trace.b.tick >= 0) FindLine(b, pair->b, joint->joint_b, &trace.b);
   return trace;

@@ -105,6 +105,8 @@ class ToleranceReader {
   /// top, "label" in a role, none in a label.
   void ReadTable(const toml::table& table, const std::string& role, const std::string& label,
                  const std::string& deeper) {
+    // Whatever is no table is taken for a tolerance, so that a misspelt name gets the hint for
+    // names.
     for (const auto& [key, node] : table) {
       const std::string name(key.str());
       if (!node.is_table()) {
@@ -137,6 +139,7 @@ class ToleranceReader {
   /// Reads `name = value`.
   void ReadEntry(const std::string& name, const toml::source_region& place, const toml::node& node,
                  const std::string& role, const std::string& label) {
+    // All names are gathered on the way, since the hint for an unknown one is chosen among them.
     std::vector<std::string> names;
     double Tolerances::*which = nullptr;
     for (const auto& [known, member] : ToleranceNames()) {
@@ -168,6 +171,7 @@ class ToleranceReader {
 }  // namespace
 
 Tolerances AlignedTolerances() {
+  // Half a degree for angles, and a degree for links, in which the angles of several joints add up.
   Tolerances t;
   t.propagated_m = 3e-3;
   t.propagated_rad = 1.745e-2;
@@ -179,6 +183,7 @@ Tolerances AlignedTolerances() {
 }
 
 const std::vector<std::pair<std::string, double Tolerances::*>>& ToleranceNames() {
+  // Options, files and documents name tolerances by these words.
   static const std::vector<std::pair<std::string, double Tolerances::*>> names = {
       {"propagated_m", &Tolerances::propagated_m},
       {"propagated_rad", &Tolerances::propagated_rad},
@@ -232,6 +237,8 @@ Result<double> ReadTolerance(std::string_view name, std::string_view text) {
 }
 
 bool ToleranceEntry::Fits(const std::string& role_name, const std::string& label_name) const {
+  // Patterns are those of the shell: '*' also stands for a module without a role, whose name is
+  // empty.
   return fnmatch(role.c_str(), role_name.c_str(), 0) == 0 &&
          fnmatch(label.c_str(), label_name.c_str(), 0) == 0;
 }

@@ -58,6 +58,8 @@ void EndedTasks::Take(const ProgramFact& reported, const morphbus::status_t& sta
   Module& module = modules_[reported.module];
   // Several tell of one tick; one of an earlier tick tells nothing new.
   if (status.header.tick < module.tick) return;
+  // Another role, program or incarnation begins all tasks afresh: what had ended before no longer
+  // counts.
   auto identity = std::tie(module.role, module.program_hash, module.incarnation);
   const std::tuple<int, int64_t, int> now(status.role, status.header.program_hash,
                                           status.incarnation);
@@ -68,6 +70,7 @@ void EndedTasks::Take(const ProgramFact& reported, const morphbus::status_t& sta
   module.tick = status.header.tick;
   module.behaviors = status.ended_behaviors;
   module.startup = status.startup_ended != 0;
+  // A command or a handler that a fault has ended runs again when it is called again.
   for (const morphbus::fault_t& wire : status.faults) {
     const vm::Fault fault = bridge::FromFault(wire);
     const bool for_good = fault.ended_task == static_cast<int>(vm::TaskKind::kStartup) ||
@@ -81,6 +84,7 @@ void EndedTasks::Take(const ProgramFact& reported, const morphbus::status_t& sta
 EndedFacts EndedTasks::Facts(const std::map<std::string, int64_t>& lost) const {
   EndedFacts facts;
   for (const auto& [name, module] : modules_) {
+    // A lost module plays no part in whether the program still does what it should.
     if (lost.contains(name)) continue;
     facts.behaviors += module.behaviors;
     facts.startups += module.startup ? 1 : 0;
@@ -103,6 +107,7 @@ std::vector<std::string> EndedLines(const EndedFacts& ended) {
         fmt::format("{} {} ended by a fault{}: {}", Counted(count, vm::TaskKindName(kind)),
                     count == 1 ? "has" : "have", consequence, Names(ended.faults, kind, count))));
   };
+  // A behavior ends alone, but a startup keeps everything else of its role from starting.
   add(ended.behaviors, vm::TaskKind::kBehavior, "");
   add(ended.startups, vm::TaskKind::kStartup, ", and nothing else of the role has started");
   return lines;
@@ -116,6 +121,7 @@ nlohmann::json EndedKind(const FaultFact& fault) {
 nlohmann::json EndedJson(const EndedFacts& ended) {
   nlohmann::json tasks = nlohmann::json::array();
   for (const FaultFact& fault : ended.faults) {
+    // The file is not known of a program that is not known here.
     const bool placed = fault.fault.line > 0 && !fault.file.empty();
     tasks.push_back(
         {{"module", fault.module},

@@ -12,6 +12,8 @@ Result<std::unique_ptr<OrderedLogReader>> OrderedLogReader::Open(const std::stri
                                                                  const std::string& run) {
   auto scan = Open(path, run, 0);
   if (!scan || run.empty()) return scan;
+  // The file is read once through, without holding anything: by how much its messages are late says
+  // how many ticks must be held afterwards.
   int64_t disorder = 0;
   LogEvent event;
   while ((*scan)->Next(&event)) {
@@ -33,16 +35,20 @@ Result<std::unique_ptr<OrderedLogReader>> OrderedLogReader::Open(const std::stri
 OrderedLogReader::Place OrderedLogReader::PlaceOf(const LogEvent& event) {
   constexpr int kBehindAllTopics = std::numeric_limits<int>::max();
   const auto message = bridge::OpenMessage(event.channel, event.data.data(), event.data.size());
+  // What is no message of a tick stays beside the messages that it came with.
   if (!message || message->name.run != run_ || !bridge::IsHashed(message->name.topic)) {
     return {newest_, kBehindAllTopics, "", 0, event.offset};
   }
   const morphbus::header_t& header = message->header;
+  // A tick that lies far behind is the beginning of another recording of the run, and no late
+  // message.
   if (header.tick > newest_ || header.tick < newest_ - kMostTicks) newest_ = header.tick;
   return {header.tick, static_cast<int>(message->name.topic), std::string(event.channel),
           header.sequence, event.offset};
 }
 
 bool OrderedLogReader::Next(LogEvent* event) {
+  // Our own logs are in order, and are handed on as they are.
   if (disorder_ == 0) return file_->Next(event);
   while (true) {
     // Nothing of a tick comes any more once the file is so far ahead, or begins anew.
@@ -59,6 +65,7 @@ bool OrderedLogReader::Next(LogEvent* event) {
         PlaceOf(*event),
         Held{*event, std::string(event->channel), {event->data.begin(), event->data.end()}});
   }
+  // The event's views must stay valid until the next call, so that its bytes are kept until then.
   given_ = std::move(held_.begin()->second);
   held_.erase(held_.begin());
   *event = given_.event;

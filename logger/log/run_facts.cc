@@ -44,6 +44,7 @@ nlohmann::json ChannelJson(const LogFacts& f, const ChannelFacts& c) {
 
 /// One of the `deployments` of `info --json`; null stands for what did not happen.
 nlohmann::json DeploymentJson(const DeploymentFact& d) {
+  // A module that never went over to the program is there with null.
   nlohmann::json switched = nlohmann::json::object();
   for (const auto& [module, tick] : d.switched) {
     switched[module] = tick ? nlohmann::json(*tick) : nlohmann::json(nullptr);
@@ -84,6 +85,7 @@ void LogFacts::AddDamage(std::string what, uint64_t offset, int64_t time_us) {
 }
 
 void LogFacts::VerifyEnd(bool end_seen) {
+  // Without END the log vouches for nothing, and there is nothing to compare.
   if (!end) {
     end_state = end_seen ? EndState::kUnreadable : EndState::kMissing;
     return;
@@ -97,6 +99,7 @@ void LogFacts::VerifyEnd(bool end_seen) {
     const bool matches = found != channels.end() && found->second.messages == total.count &&
                          found->second.hash == static_cast<uint64_t>(total.chained_hash);
     if (found != channels.end()) found->second.matches_end = matches;
+    // A channel on which nothing was said is listed, too, and has no event in the log.
     right = right && (matches || (total.count == 0 && found == channels.end()));
   }
   // A hashed channel that END does not list was added afterwards.
@@ -117,6 +120,7 @@ nlohmann::json HealthJson(const LogFacts& f) {
   nlohmann::json processes = nlohmann::json::object();
   for (const auto& [process, health] : f.health) {
     nlohmann::json& ledger = processes[process];
+    // One table names the counts for text, JSON and viewers.
     for (const bridge::LedgerCount& count : bridge::kLedgerCounts) {
       ledger[count.name] = health.*count.value;
     }
@@ -178,6 +182,7 @@ nlohmann::json FactsJson(const LogFacts& f) {
   }
   nlohmann::json findings = nlohmann::json::array();
   for (const LogFinding& finding : f.findings) findings.push_back(FindingJson(finding));
+  // What people did to the run, and what the robot's connectors did, in the order of time.
   nlohmann::json commands = nlohmann::json::array();
   for (const auto& [tick, command] : f.commands) {
     commands.push_back({{"tick", tick}, {"command", command}});

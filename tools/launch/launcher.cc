@@ -129,6 +129,8 @@ Result<void> Launcher::StartModules(int process, bool resume) {
   const std::vector<int> modules = ModulesOf(process);
   const std::string state = fmt::format("{}/process-{}.state", directory_.path(), process);
   std::vector<std::string> names, ids, kinematics, incarnations;
+  // It fails with the first state file that cannot be made; the process is then started without
+  // any.
   Result<void> room;
   for (const int module : modules) {
     names.push_back(plan_.robot().modules[module].name);
@@ -396,7 +398,8 @@ Result<void> Launcher::CarryOutOrder(const Order& order) {
 
 void Launcher::AwaitEnd(double seconds) {
   WakingTimer timer;
-  // They end by themselves once the sim has said good-bye.
+  // They end by themselves once the sim has said good-bye. Modules that had not joined hear nothing
+  // of that, so a run that never began waits for its log only.
   const bool never_began = interrupted_ && outcome_.ticks == 0;
   while (!AllEnded() && timer.seconds() < seconds) {
     if (never_began && Find(FailureWatch::kLog)->ended()) return;

@@ -35,6 +35,7 @@ std::vector<std::string> HeldLines(const bridge::HeldState& held) {
   constexpr size_t kMostLines = 64;
   constexpr size_t kLongest = 200;
   std::vector<std::string> lines;
+  // A module may hold thousands of values, of which the page has room for the first few.
   const auto add = [&lines](const std::string& line) {
     if (lines.size() < kMostLines) lines.push_back(bridge::CutText(line, kLongest));
   };
@@ -73,6 +74,7 @@ void AddStatus(const ProcessRow& row, Screen* screen) {
   screen->push_back(Fact("role", row.role().empty() ? "none" : Visible(row.role()),
                          row.role().empty() ? Style::kBad : Style::kGood));
   if (status.frozen) screen->push_back(Fact("", "frozen: it changed too often", Style::kBad));
+  // STATUS calls joints and links by index, and the spy has no model that names them.
   std::vector<std::string> lines;
   for (const morphbus::label_t& label : status.labels) {
     const bool joint = label.kind == morphbus::label_t::KIND_JOINT;
@@ -89,12 +91,14 @@ void AddStatus(const ProcessRow& row, Screen* screen) {
                                     : "none");
   }
   if (!signs.empty()) screen->push_back(Fact("convention", signs));
+  // Of each task the page tells where it stands.
   lines.clear();
   for (const morphbus::task_t& task : status.tasks) {
     lines.push_back(fmt::format("{} at line {}", task.function_name, task.line));
   }
   AddFacts("tasks", lines, Style::kPlain, screen);
   AddEnded(status, screen);
+  // What the module holds is known from the last `inspect`, if there has been one.
   if (row.held_us < 0) return;
   screen->push_back(Fact("inspected", fmt::format("at {:.2f} s", Seconds(row.held_us))));
   AddFacts("", HeldLines(row.held), Style::kPlain, screen);
