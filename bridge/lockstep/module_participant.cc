@@ -66,6 +66,7 @@ void ModuleParticipant::Save(int64_t next_tick) {
 }
 
 Result<void> ModuleParticipant::ResumeFrom(const std::vector<uint8_t>& snapshot) {
+  // The head of this process says which module, program and build the bytes must be of.
   const Result<SnapshotHead> head = ReadSnapshot(snapshot, Head(), controller_, &outbox_);
   if (!head) return tl::unexpected<Error>(head.error());
   // The resumed process speaks as the one that was killed, so the sim sees no second claimant.
@@ -102,6 +103,8 @@ void ModuleParticipant::Start() {
 
 void ModuleParticipant::OnTime() {
   LockstepParticipant::OnTime();
+  // A neighbour's TRANSFORM mostly comes before SENSORS and need not wake the process; it must
+  // where the tick only waits for that.
   if (machine_.waits_for_mates() == wakes_for_any_) return;
   wakes_for_any_ = !wakes_for_any_;
   bus_->WakeForAny(wakes_for_any_);
@@ -189,6 +192,7 @@ void ModuleParticipant::UpdateSubscriptions(const std::vector<uint16_t>& mates, 
                        static_cast<uint16_t>(own_part), false};
     ListenFor(own, ChannelOf(kSimProcess, Topic::kSensors), &ModuleParticipant::OnSensors);
   }
+  // With tick 0 answered the module knows its neighbours, and the others' messages are of no use.
   if (machine_.tick() > 0) mail_.ListenToKnown();
 }
 
@@ -223,6 +227,7 @@ void ModuleParticipant::OnResend(const uint8_t* data, size_t size) {
 void ModuleParticipant::OnLeave(const uint8_t* data, size_t size) {
   morphbus::leave_t leave;
   if (!Accept(data, size, &leave)) return;
+  // A LEAVE that names no process is for all: the run is over.
   if (leave.process.empty()) {
     machine_.OnLeaveAll(&actions_);
   } else if (leave.process == options_.module && !machine_.joining()) {

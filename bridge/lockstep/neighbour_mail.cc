@@ -35,6 +35,8 @@ std::string NeighbourMail::ChannelOf(const std::string& name) const {
 }
 
 void NeighbourMail::ListenToAll() {
+  // These messages do not wake the process: until SENSORS names the neighbours nothing can be done
+  // with them.
   listens_to_all_ = true;
   bus_->SubscribeQuietly(run_ + "/", "/" + std::string(TopicName(Topic::kTransform)),
                          [this](std::string_view channel, const uint8_t* data, size_t size) {
@@ -51,6 +53,7 @@ void NeighbourMail::ListenToAll() {
 
 void NeighbourMail::ListenToKnown() {
   if (!std::exchange(listens_to_all_, false)) return;
+  // What was kept of modules that are no neighbours is of no use any more.
   early_.clear();
   bus_->Unsubscribe(run_ + "/");
 }
@@ -65,6 +68,7 @@ void NeighbourMail::Listen(uint16_t mate, const std::string& name) {
         handler_(mate, data, size);
       },
       kTransformInterest);
+  // The neighbour may have spoken before it was known to be one, and does not say it again unasked.
   const auto early = early_.extract(ChannelOf(name));
   if (!early.empty()) handler_(mate, early.mapped().data(), early.mapped().size());
 }
@@ -76,6 +80,7 @@ std::vector<uint16_t> NeighbourMail::ForgetAllBut(const std::vector<uint16_t>& m
   for (auto it = boxes_.begin(); it != boxes_.end();) {
     const bool mated = std::ranges::count(mates, it->first) > 0;
     if (!mated) {
+      // The caller must forget the module, too: should it dock again it is a new neighbour.
       bus_->Unsubscribe(ChannelOf(it->second.name));
       forgotten.push_back(it->first);
     }

@@ -51,6 +51,7 @@ RigidNeighbours<Pose> NeighboursOf(const model::Model& model, const model::Robot
   }
   // Between modules, whatever is docked.
   for (int m = 0; m < num_modules && m < static_cast<int>(dockings.size()); ++m) {
+    // Both sides sense a docking, so that a link may be entered twice, which does no harm.
     for (const morphbus::docked_connector_t& docked : dockings[m]) {
       const std::optional<model::Pose> X_OwnMate = DockedPose(model, robot, m, docked);
       if (!X_OwnMate) continue;
@@ -69,6 +70,7 @@ LinkPose operator*(const LinkPose& X_AB, const LinkPose& X_BC) {
 }
 
 LinkPose Inverse(const LinkPose& X_AB) {
+  // The rotation has length 1, so that its conjugate is its inverse.
   const Eigen::Quaterniond q_BA = X_AB.rotation.conjugate();
   return {q_BA * -X_AB.position, q_BA};
 }
@@ -104,6 +106,7 @@ bool SameDocked(const std::vector<morphbus::docked_connector_t>& a,
 std::optional<model::Pose> DockedPose(const model::Model& model, const model::Robot& robot,
                                       int module, const morphbus::docked_connector_t& docked) {
   const int mate = docked.mate_module;
+  // Every number may come from a damaged message, and is checked before it is used.
   if (!IsIndex(mate, robot.modules.size()) ||
       !IsIndex(docked.connection_type, model.connection_types.size())) {
     return std::nullopt;
@@ -134,6 +137,7 @@ std::vector<std::vector<PlacedLink<Pose>>> PlacesInBodies(
   for (size_t body = 0; body < bodies.size(); ++body) {
     const auto [module, link] = bodies[body];
     if (!IsIndex(module, places.size()) || !IsIndex(link, places[module].size())) continue;
+    // A link that an earlier body carries stays with that body.
     if (places[module][link].body >= 0) continue;
     places[module][link].body = static_cast<int>(body);
     std::deque<std::pair<int, int>> queue = {{module, link}};

@@ -43,6 +43,7 @@ void AddOperations(NumberHash* results) {
       // 0, unless the product is rounded together with the difference.
       results->Add(a * b - product);
       results->Add(product - a * b);
+      // A compiler or a processor that fuses the product with the sum rounds once instead of twice.
       for (const volatile T& c : x) {
         results->Add(a * b + c);
         results->Add(a + b + c);
@@ -63,6 +64,7 @@ void AddOperations(NumberHash* results) {
 
 /// From one kind of number to another.
 void AddConversions(NumberHash* results) {
+  // Narrowing rounds, and may flush subnormal numbers to 0.
   for (const double x : kOperands<double>) {
     const volatile double wide = x;
     results->Add(static_cast<float>(wide));
@@ -71,11 +73,13 @@ void AddConversions(NumberHash* results) {
     const volatile float narrow = x;
     results->Add(static_cast<double>(narrow));
   }
+  // These whole numbers have no exact double or float, so that the rounding shows.
   for (const int64_t n : {(int64_t{1} << 53) + 1, (int64_t{1} << 62) - 1, int64_t{-16777217}}) {
     const volatile int64_t whole = n;
     results->Add(static_cast<double>(whole));
     results->Add(static_cast<float>(whole));
   }
+  // Towards zero, as C++ demands.
   for (const double x : {2.5, -2.5, 1e9 + 0.999, -0.999}) {
     const volatile double fraction = x;
     results->Add(static_cast<int64_t>(fraction));
@@ -86,6 +90,7 @@ void AddConversions(NumberHash* results) {
 void AddFunctions(NumberHash* results) {
   for (int op = static_cast<int>(vm::Opcode::kSin); op <= static_cast<int>(vm::Opcode::kRound);
        ++op) {
+    // Inside and outside of the ranges in which functions such as the arc sine are defined.
     for (const float a : {0.0f, 0.3f, -0.77f, 1.0f, 45.5f, -123.4f, 98765.4f}) {
       for (const float b : {-0.25f, 3.3f}) {
         results->Add(vm::Mathematics(static_cast<vm::Opcode>(op), a, b));

@@ -95,6 +95,7 @@ void ApplyDescription(const std::string& description, RunLog* log) {
 }
 
 std::vector<world::Obstacle> ObstaclesIn(const std::string& description) {
+  // Without obstacles pictures only lack what stands around the robot, so that nothing is reported.
   proto::RunDescription d;
   if (!d.ParseFromString(description)) return {};
   Result<std::vector<world::Obstacle>> read = world::ReadWorld(d);
@@ -116,6 +117,7 @@ Result<void> LoadImages(const std::string& description, bridge::ModuleImages* im
 Result<std::string> DescriptionInLog(const std::string& path) {
   auto reader = EventLogReader::Open(path);
   if (!reader) return tl::unexpected(reader.error());
+  // A log may hold parts of several runs' descriptions: the first one that is whole is taken.
   bridge::DescriptionFinder finder("");
   LogEvent event;
   while ((*reader)->Next(&event)) {
@@ -175,6 +177,7 @@ Result<void> BorrowDescription(const std::string& description, uint64_t model_ha
 
 void WordFaults(const std::string& description, const std::map<uint64_t, std::string>& deployed,
                 LogFacts* facts) {
+  // Most runs have no such reports, and their images need not be verified then.
   if (facts->faults.empty() && facts->ended.faults.empty() && facts->prints.empty()) return;
   // Without a description there are no images either, and of damaged ones there are no names; the
   // sentences have numbers then.

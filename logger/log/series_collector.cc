@@ -35,6 +35,7 @@ void TakeBefore(int64_t end_us, std::vector<Sample>* ahead, std::vector<Sample>*
 /// Puts what is known of the world in order of time, with one sample for all parts of an instant.
 void JoinParts(std::vector<WorldSample>* world) {
   SortByTime(world, false);
+  // Samples are joined in place, so that the world is never held twice.
   size_t joined = 0;
   for (size_t i = 1; i < world->size(); ++i) {
     WorldSample& last = (*world)[joined];
@@ -62,6 +63,7 @@ ModuleSeries& SeriesCollector::Module(std::string_view name) {
 
 void SeriesCollector::TakeSensors(morphbus::sensors_t&& sensors) {
   for (morphbus::module_sensors_t& reading : sensors.modules) {
+    // Velocities are floats on the wire, and doubles in a series.
     const std::vector<float>& velocity = reading.joint_velocity_si;
     Module(reading.name)
         .sensors.push_back({sensors.header.sim_time_us, std::move(reading.joint_position_si),

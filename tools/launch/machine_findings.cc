@@ -26,6 +26,7 @@ Finding JudgeLimit(const LimitName& name, const rlimit& limit, rlim_t needed) {
   // A limit that there is not is told as -1 to scripts.
   const bool endless = limit.rlim_cur == RLIM_INFINITY;
   Finding finding{name.finding, Health::kGood, "", "", {}};
+  // The figures are told whether or not they are enough, so that two machines can be compared.
   finding.text =
       fmt::format("{}: {}, {} are needed for 100 modules", name.what,
                   endless ? "no limit" : fmt::format("at most {}", limit.rlim_cur), needed);
@@ -69,6 +70,7 @@ Finding JudgeBuffer(const Burst& burst) {
 
 Finding JudgeFilter(int64_t limit_bytes, int instructions, bool taken) {
   Finding finding{"filter", Health::kGood, "", "", {}};
+  // Whether the kernel took a filter decides; the limit is told besides, and may not be known.
   finding.figures = {{"limit_bytes", static_cast<double>(limit_bytes)},
                      {"instructions", instructions}};
   finding.text = fmt::format(
@@ -90,6 +92,8 @@ Finding JudgeFilter(int64_t limit_bytes, int instructions, bool taken) {
 }
 
 Finding JudgeArithmetic(const std::string& fingerprint) {
+  // A machine whose arithmetic differs is no worse, but its runs cannot be compared with others by
+  // their hashes.
   if (fingerprint == sim::kUsualArithmetic) {
     return {
         "arithmetic",
@@ -114,6 +118,7 @@ Finding JudgeFiles(const rlimit& limit) {
 }
 
 Finding JudgeProcesses(const rlimit& limit) {
+  // Each module is a process, beside those that the user has anyhow.
   return JudgeLimit({"processes", "processes a user", "-u", "--nproc"}, limit, 256);
 }
 
@@ -128,6 +133,7 @@ Finding JudgeClock(bool synchronized) {
 
 Finding JudgeTimer(std::vector<double> late_ms) {
   std::sort(late_ms.begin(), late_ms.end());
+  // The median tells what a run must live with in every tick; the worst may be a single mishap.
   const double median = late_ms[late_ms.size() / 2];
   const double worst = late_ms.back();
   Finding finding{"timer", Health::kGood, "", "", {{"median_ms", median}, {"worst_ms", worst}}};

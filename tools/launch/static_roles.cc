@@ -32,6 +32,7 @@ class RoleWriter {
   [[nodiscard]] StaticRole Describe(const Module& module) const {
     StaticRole out;
     out.module = module.instance->name();
+    // Faults stand before a missing role, which may follow from them.
     for (const NotedFault& noted : module.faults) {
       const std::string function = vm::FaultFunction(noted.fault, &program_);
       out.problems.push_back(
@@ -72,8 +73,10 @@ class RoleWriter {
     UnplayedRole out{ToString(program_.role(role).name), program_.LineOfRole(role), "", {}};
     int most = -1;
     for (const auto& module : robot_.modules()) {
+      // Requirements ask where the module is, so that without a pose none can be checked.
       if (!module->report.has_pose) continue;
       const int met = NumMet(role, module->instance->controller().vm().CheckRole(role));
+      // Of modules that come equally far the first one is named.
       if (met <= most) continue;
       most = met;
       out.nearest = module->instance->name();
@@ -131,6 +134,8 @@ class RoleWriter {
     const vm::RoleCheck check = module.instance->controller().vm().CheckRole(r);
     const std::string not_it = fmt::format("not {}: ", ToString(role.name));
     std::string text, brief;
+    // The VM asks for keywords first, then for requirements, then for labels, and stops at the
+    // first that fails. Without a line of its own the role's declaration is named.
     int line = program_.LineOfRole(r);
     if (check.missing_keyword >= 0) {
       text = brief =
@@ -139,6 +144,8 @@ class RoleWriter {
       line = program_.LineOf(role.requirements[check.failed_requirement], 0);
       text = RequirementText(line);
       brief = "this requirement fails";
+      // A requirement that came to a comparison tells what it compared, and so by how much it
+      // fails.
       if (check.measured.opcode != vm::Opcode::kPop) {
         const std::string measured = ", measured " + vm::ComparisonText(check.measured, program_);
         text += measured;
@@ -147,6 +154,7 @@ class RoleWriter {
     } else if (check.failed_label >= 0) {
       const int label = role.labels[check.failed_label];
       line = program_.LineOf(label, 0);
+      // A label is evaluated once more, since the check only tells which one failed.
       const vm::RunResult result = module.instance->controller().vm().EvaluateAs(r, label).result;
       text = brief =
           fmt::format("label {} {}", ToString(program_.member_name(label)),

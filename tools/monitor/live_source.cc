@@ -78,6 +78,7 @@ Result<std::string> CommandOf(const std::string& service, const nlohmann::json& 
   // The words of a command as they are, but for programs, which the monitor must compile.
   if (service == "control") {
     std::string text = TextOf(request, "command");
+    // A deployment needs the program's text, for which this service has no member.
     if (text.starts_with("deploy")) return Fail("a program is deployed by the service deploy");
     if (text.empty()) return needs("command");
     return text;
@@ -156,6 +157,7 @@ Result<std::unique_ptr<LiveSource>> LiveSource::Create(const RunChoice& choice) 
   Result<ControlledRun> controlled = entry ? FindControlled(entry->name) : Fail("elsewhere");
   std::optional<bridge::RunKey> key;
   if (controlled) key = controlled->key;
+  // A key file that was named has the last word: of another host's run no folder is at hand.
   if (!choice.key_file.empty()) {
     Result<bridge::RunKey> chosen = bridge::RunKey::Read(choice.key_file);
     if (!chosen) return Fail(chosen.error().message);
@@ -199,6 +201,7 @@ std::vector<std::string> LiveSource::services() const {
 void LiveSource::Open(bridge::SessionHub* server, size_t first_channel, bool tells_time) {
   MonitorSource::Open(server, first_channel, tells_time);
   sink_ = [this](bridge::OutwardTopic topic, int64_t time_ns, const std::string& bytes) {
+    // All clients see the same moment of the run, unlike those of a log.
     server_->Publish(ChannelOf(topic), time_ns, bytes);
     if (tells_time_ && topic == bridge::OutwardTopic::kClock) server_->PublishTime(time_ns);
   };
@@ -254,6 +257,7 @@ void LiveSource::Command(const bridge::ClientRequest& request, const std::string
     if (!refusal.empty()) return server->RefuseCall(request, refusal);
     server->AnswerCall(request, answer);
   };
+  // A client without the token may watch the run, and must not steer it.
   if (!request.may_control) {
     return done({}, "control needs the token: use the URL that morphbus monitor printed");
   }
@@ -285,6 +289,7 @@ void LiveSource::Take(const bridge::ClientRequest& request, const std::string& w
     if (!text) return server_->RefuseCall(request, text.error().message);
     return Command(request, *text, what == "deploy" ? TextOf(request.value, "text") : "");
   }
+  // Clients that come and go change nothing here: they all get what the bus says.
   if (request.kind != Kind::kSet) return;
   if (what == "paused" && request.value.is_boolean()) {
     return Command(request, request.value.get<bool>() ? "pause" : "resume", "");

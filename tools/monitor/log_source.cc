@@ -45,6 +45,8 @@ Result<std::unique_ptr<LogSource>> LogSource::Create(const std::string& path) {
 }
 
 Result<void> LogSource::Index() {
+  // The whole log is read once: only then its length is known, and the places in its middle from
+  // which a playback can begin.
   auto index = IndexLog(path_, run_, name_, [this](uint64_t hash, const std::string& file) {
     return texts_.Find(hash, file);
   });
@@ -68,6 +70,7 @@ std::vector<std::string> LogSource::services() const {
 
 bridge::OutwardSink LogSource::SinkOf(uint64_t client) {
   return [this, client](bridge::OutwardTopic topic, int64_t time_ns, const std::string& bytes) {
+    // Each client is at a time of its own, so that nothing goes to all.
     server_->PublishTo(client, ChannelOf(topic), time_ns, bytes);
     if (tells_time_ && topic == bridge::OutwardTopic::kClock) {
       server_->PublishTimeTo(client, time_ns);
@@ -76,6 +79,7 @@ bridge::OutwardSink LogSource::SinkOf(uint64_t client) {
 }
 
 void LogSource::Tell(uint64_t client, Playback* playback, bool time_too) {
+  // Other viewers than our page know parameters, and none of our services.
   server_->SetParameterOf(client, Parameter("speed"), playback->player->speed());
   server_->SetParameterOf(client, Parameter("paused"), !playback->player->playing());
   if (!time_too) return;

@@ -19,6 +19,8 @@ constexpr int kMostRequests = 6;
 }  // namespace
 
 std::string NameOfAsker() {
+  // Two monitors of one run must not have one name: its processes would take what one asks for a
+  // repetition of what the other has asked.
   std::random_device random;
   return fmt::format("TOOL {:08x}{:08x}", random(), random());
 }
@@ -28,6 +30,7 @@ PresentTick::PresentTick(bridge::Bus* bus, std::shared_ptr<const bridge::RunMode
       outbox_(bus, bridge::Sender{run_->run, NameOfAsker(), run_->model_hash, 0}, &ledger_) {}
 
 void PresentTick::Want(std::string_view process, Topic topic, int64_t first, int64_t last) {
+  // A run without a world has no WORLD to ask for, and a module may not have said any STATUS.
   if (first < 0 || first > last) return;
   const auto [entry, is_new] =
       wanted_.try_emplace(bridge::Channel(run_->run, process, topic),
@@ -46,6 +49,7 @@ void PresentTick::Ask(const Wanted& wanted) {
 
 void PresentTick::OnClock(const bridge::RunMessage& /*message*/, morphbus::sim_clock_t&& clock) {
   const int64_t tick = clock.header.tick;
+  // The first CLOCK alone does not say whether the run goes on.
   if (first_tick_ < 0) {
     first_tick_ = tick;
     return;
@@ -70,6 +74,7 @@ void PresentTick::OnClock(const bridge::RunMessage& /*message*/, morphbus::sim_c
 }
 
 void PresentTick::Take(std::string_view channel, const uint8_t* data, size_t size) {
+  // Once the run goes on every tick brings its own messages, and nothing is asked for any more.
   if (over_) return;
   const Result<bridge::RunMessage> message = bridge::OpenMessage(channel, data, size);
   if (!message) return;
@@ -80,6 +85,7 @@ void PresentTick::Take(std::string_view channel, const uint8_t* data, size_t siz
   const auto found = wanted_.find(channel);
   if (found == wanted_.end()) return;
   const Wanted& wanted = found->second;
+  // All that were asked for must have come before the channel counts as done.
   if (++found->second.come <= wanted.last - wanted.first) return;
   // ACTUATOR tells how many STATUS its module has sent; the last one has role, labels and signs.
   if (message->name.topic == Topic::kActuator) {

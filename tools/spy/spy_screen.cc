@@ -69,12 +69,14 @@ class SpySession {
   /// A message of the bus.
   void Hear(const bridge::TappedMessage& message) {
     table_.Take(message.channel, message.data, message.size, message.arrival_ns);
+    // The channel that was named on the command line is opened when it is first heard.
     if (ui_.channel.empty() && options_.open && options_.open(std::string(message.channel))) {
       ui_.channel = message.channel;
       ui_.page = SpyUi::Page::kChannel;
       FollowSelection();
     }
     if (ui_.page != SpyUi::Page::kChannel || ui_.frozen || message.channel != watched_) return;
+    // A fast channel is not decoded more often than the eye can follow.
     if (timer_.seconds() - last_bar_ >= kBarSeconds) TakeFields();
   }
 
@@ -89,6 +91,8 @@ class SpySession {
 
   /// Another channel was selected: its last message is there already.
   void FollowSelection() {
+    // Where no channel's page is open the last one goes on to be watched, so that its history is
+    // there when the page is opened again.
     const std::string& wanted = ui_.page == SpyUi::Page::kChannel ? ui_.channel : watched_;
     if (wanted == watched_) return;
     watched_ = wanted;
@@ -139,6 +143,8 @@ class SpySession {
     given_speed_.reset();
     if (given->kind == bridge::ControlKind::kSpeed) given_speed_ = given->speed;
     commander_.Give({*given, nullptr, [this](const Json& answer, const std::string& refusal) {
+                       // This runs in the commander's thread; the screen looks for the answer when
+                       // it next wakes.
                        const std::lock_guard lock(mutex_);
                        answer_ = {answer, refusal};
                      }});
@@ -184,6 +190,7 @@ class SpySession {
   }
 
   void Draw() {
+    // The size is asked for each time, since the window may have changed.
     const auto [width, height] = terminal_.Size();
     const ShownFields fields = {&fields_, problem_};
     terminal_.Draw(DrawSpy(snapshot_, fields, &ui_, width, height));
