@@ -55,6 +55,7 @@ bool NumberWindow::Take(int64_t number) {
     highest_ = number;
     return true;
   }
+  // A number below the window may have come or not; to take it once too often would be worse.
   const auto age = static_cast<uint64_t>(highest_ - number);
   if (age >= kSize) return false;
   const uint64_t place = uint64_t{1} << age;
@@ -74,6 +75,7 @@ bool RepeatFilter::IsRepeat(const ChannelName& name, const uint8_t* data, size_t
   key += TopicName(name.topic);
   key += ' ';
   key += *publisher;
+  // Each publisher has a window of its own, so that one cannot push another's numbers out.
   const auto [entry, is_new] = windows_.try_emplace(key);
   if (is_new) publishers_.push_back(std::move(key));
   if (!entry->second.Take(header.sequence)) return true;

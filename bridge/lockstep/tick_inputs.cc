@@ -8,6 +8,7 @@
 namespace morphbus::bridge {
 
 bool TickInputs::Read(const morphbus::module_sensors_t& reading, vm::TickInput* input) const {
+  // A reading of another name or shape belongs to another module, or to another model.
   return reading.name == module_.module &&
          FromSensors(reading, module_.num_joints, module_.num_connectors, module_.num_sensor_values,
                      input);
@@ -15,6 +16,8 @@ bool TickInputs::Read(const morphbus::module_sensors_t& reading, vm::TickInput* 
 
 void TickInputs::Take(const vm::TickInput& input, const morphbus::sensors_t& sensors) {
   input_ = input;
+  // Orders hold for the tick that they came with, but for an inspection that is still to be
+  // answered.
   pieces_.clear();
   const auto is_ours = [this](int16_t id) {
     return static_cast<uint16_t>(id) == module_.module_id;
@@ -48,6 +51,8 @@ void TickInputs::Compute(
   input_.tick = tick;
   input_.sim_time_us = sim_time_us;
   for (int c = 0; c < module_.num_connectors; ++c) {
+    // Before tick 0 no module had said anything, and a module that is docked to itself needs no
+    // message.
     const vm::ConnectorReading& connector = input_.connectors[c];
     const bool mate = connector.docked && connector.mate_module != module_.module_id && tick > 0;
     input_.messages[c] = mate ? message_of(connector.mate_module) : nullptr;

@@ -28,6 +28,7 @@ int64_t Microseconds(const timeval& time) {
 }  // namespace
 
 std::string FirstRefused(const Ledger& ledger) {
+  // Both are told, since what came without the key and what was refused have unlike causes.
   std::string text;
   if (!ledger.unauthentic.channels.empty()) {
     text = ledger.unauthentic.channels.front().first +
@@ -63,6 +64,7 @@ morphbus::health_t MakeHealth(const std::string& process, const Ledger& ledger) 
   health.max_rss_kb = usage.ru_maxrss;
   health.cpu_us = Microseconds(usage.ru_utime) + Microseconds(usage.ru_stime);
   health.num_lateness = health.num_totals = 0;
+  // As many channels are named as the datagram has room for; the count of all is above.
   for (const auto& [channel, count] : ledger.unauthentic.channels) {
     if (health.unauthentic_channels.size() == kMostUnauthenticChannels) break;
     health.unauthentic_channels.push_back({CutText(channel, kMaxLocalChannel), count});

@@ -36,6 +36,7 @@ std::vector<CommandPair> PairCommands(const LogFacts& a, const LogFacts& b) {
   // The worth of the best pairs among the commands from i of A and from k of B on.
   const size_t width = in_b.size() + 1;
   std::vector<int> best((in_a.size() + 1) * width, 0);
+  // Filled from the end, since each entry rests on those of later commands.
   for (size_t i = in_a.size(); i-- > 0;) {
     for (size_t k = in_b.size(); k-- > 0;) {
       const int worth = PairWorth(in_a[i], in_b[k]);

@@ -35,6 +35,7 @@ std::vector<FigurePair> DutyPairs(const Matching& matching, const RunLog& a, con
         if (link.labelled != labelled || !known.emplace(link.link_a, link.link_b).second) continue;
         const double duty_a = gait_a.DutyOf(module_a, link.link_a);
         const double duty_b = gait_b.DutyOf(module_b, link.link_b);
+        // Links that never touch the ground have no duty to compare.
         if (duty_a == 0.0 && duty_b == 0.0) continue;
         duties.push_back({&pair, link.label, false, duty_a, duty_b});
       }

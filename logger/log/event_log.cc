@@ -81,6 +81,7 @@ Result<std::unique_ptr<EventLogWriter>> EventLogWriter::CreateInMemory(const std
   const int fd = ::open(path.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC);
   if (fd < 0) return Fail("cannot write to memory, " + path + ": " + SystemError());
   std::unique_ptr<EventLogWriter> writer(new EventLogWriter(path, path, fd));
+  // The path of a file in memory (/proc/self/fd/…) says nothing to people.
   writer->name_ = "the run in memory";
   return writer;
 }
@@ -124,6 +125,7 @@ bool EventLogWriter::IsThere() const {
 
 /// Whether PATH.partial is still the file that is being written, with all that was written to it.
 Result<void> EventLogWriter::CheckFile() const {
+  // Another process may have removed the file, put another in its place, or written to it.
   struct stat open = {};
   struct stat named = {};
   if (::fstat(fd_, &open) != 0)

@@ -113,6 +113,7 @@ Json MotionJson(const MotionText& text, const model::Robot& robot, const MotionR
                {"kinds", report.num_kinds},   {"link_pairs", report.num_link_pairs},
                {"postures", report.postures}, {"loops", report.num_loops},
                {"meetings", meetings}};
+  // The key is there only where something was left out.
   if (!complete) json["meetings_complete"] = false;
   return json;
 }
@@ -127,6 +128,7 @@ void PrintMeeting(const MotionText& text, const MeetingsOfDockings& alike,
   Print("    deepest: {}\n", text.Posture(d, meeting, meeting.deepest));
   Print("    first:   {} ({} m)\n", text.Posture(d, meeting, meeting.first),
         DepthText(meeting.first.depth_m));
+  // Neighbours docked in the same way meet in the same postures, and are only named.
   std::vector<std::string> others;
   for (size_t i = 1; i < alike.dockings.size(); ++i) {
     others.push_back(text.Neighbours(alike.dockings[i]));
@@ -207,6 +209,7 @@ bool IsUsable(const MotionChoice& choice, const model::Model& model) {
 
 int CheckMotions(const MotionChoice& choice, const model::Model& model, Json* json) {
   std::vector<const model::Robot*> chosen;
+  // That a named robot exists was checked before (IsUsable).
   for (const model::Robot& robot : model.robots) {
     if (choice.robot.empty() || robot.name == choice.robot) chosen.push_back(&robot);
   }
@@ -239,6 +242,7 @@ int CheckMotions(const MotionChoice& choice, const model::Model& model, Json* js
                       "allows; hulls with fewer points, or one robot with --robot, allow more",
                       robot.name, report.postures, Counted(choice.postures, "posture")));
     }
+    // A single meeting of any robot makes the answer no.
     meet = meet || !report.meetings.empty();
     const MotionText text(model, robot);
     if (json != nullptr) {

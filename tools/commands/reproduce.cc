@@ -44,6 +44,7 @@ struct PassingLog {
 /// Does the run again, writes its log, and reads what that is. Says nothing on success.
 Result<logger::RunLog> RunAgain(RunPlan* plan, const ReproduceOptions& options,
                                 const std::string& log) {
+  // The second run has a name and a folder of its own, so that it can go on beside any other.
   Result<RunDirectory> directory = RunDirectory::Claim("");
   if (!directory) return tl::unexpected(directory.error());
   // The run's name is in its channels and not in what is compared, so that it may be another one.
@@ -107,6 +108,7 @@ void PrintFindings(const ReproduceOptions& options, const Json& found) {
           Counted(found["messages"].get<int64_t>(), "message"), found["hash"].get<std::string>());
     return;
   }
+  // Hashes say that the runs differ, and the first field that does, where to look.
   const Json& first = found["first"];
   Print(
       "different: {} of {}, hash {}, in {} {}\nfirst at tick {} ({:.2f} s), {}, {}: {} in "

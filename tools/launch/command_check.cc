@@ -24,6 +24,7 @@ CommandCheck::CommandCheck(const model::Model& model, const model::Robot& robot,
       states_(std::move(states)) {}
 
 Refusal CommandCheck::Check(const ControlCommand& command) {
+  // Names come first: only a command whose names exist can be held against anything else.
   if (Refusal named = CheckNames(command)) return named;
   return command.kind == ControlKind::kDeploy ? CheckImage(command) : Refusal();
 }
@@ -61,6 +62,7 @@ Refusal CommandCheck::CheckImage(const ControlCommand& command) {
   if (images_.Find(command.program_hash) == nullptr) {
     return {kUnusable, command.program + " was not handed over as an image that can be verified"};
   }
+  // An image in itself sound may still be for other module types than the robot has.
   const std::string why = WhyNotFor(model_, images_.Image(command.program_hash));
   return why.empty() ? Refusal() : Refusal{kUnusable, why};
 }

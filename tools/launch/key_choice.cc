@@ -18,9 +18,11 @@ void AddKeyFile(Subcommand* sub, std::string* file, const std::string& otherwise
 }
 
 Result<bridge::RunKey> KeyOfNewRun(bool open, const std::string& file, const std::string& folder) {
+  // Of two options that contradict each other neither is guessed to be the one that was meant.
   if (open && !file.empty()) return Fail(kOpenWithKey);
   if (open) return bridge::RunKey();
   Result<bridge::RunKey> key = file.empty() ? bridge::RunKey::Random() : bridge::RunKey::Read(file);
+  // The run's other processes, and tools of this user, find the key in the folder.
   if (!key || folder.empty()) return key;
   if (Result<void> written = key->WriteTo(KeyPath(folder)); !written) {
     return Fail(written.error().message);
@@ -31,6 +33,8 @@ Result<bridge::RunKey> KeyOfNewRun(bool open, const std::string& file, const std
 Result<bridge::RunKey> ChooseKey(const std::string& run, bool open, const std::string& file) {
   if (open && !file.empty()) return Fail(kOpenWithKey);
   if (open) return bridge::RunKey();
+  // A key file goes before the name, which leads to a key only where the run has a folder on this
+  // machine.
   if (!file.empty()) return bridge::RunKey::Read(file);
   const Result<RunEntry> entry = run.empty() ? Fail("no name") : FindRun(run);
   if (entry) return bridge::RunKey::Read(KeyPath(entry->folder));

@@ -31,6 +31,7 @@ ExplainedPart Requirement(const vm::Evaluation& evaluation, const vm::VerifiedPr
   const vm::RunResult& result = evaluation.result;
   const std::string measured = MeasuredText(evaluation.compared, program);
   part.holds = result.status == vm::RunStatus::kFinished && result.value.AsBool();
+  // A requirement that ends with a fault fails as well, but for another reason than what it asks.
   if (result.status == vm::RunStatus::kFinished) {
     part.finding = (part.holds ? "holds" : "does not hold") + measured;
   } else {
@@ -117,6 +118,7 @@ Result<std::vector<RoleExplanation>> ExplainRoles(const RunPlan& plan, const std
     if (!number) return Fail(number.error().message);
     numbers.push_back(*number);
   }
+  // Without a role's name all are explained that a module could take.
   for (int r = 0; role.empty() && r < program.num_roles(); ++r) {
     if (!program.role(r).abstract_role) numbers.push_back(r);
   }

@@ -176,6 +176,8 @@ bool AddWorld(const RunOptions& options, proto::RunDescription* d) {
     Unusable("--world: " + text.error().message);
     return false;
   }
+  // The world is read here for its meshes and its ground, and to find mistakes before anything
+  // starts. Processes read the obstacles from the description.
   source::SourceSet sources;
   source::Diagnostics diagnostics;
   const std::optional<world::SdfWorld> world =
@@ -366,6 +368,7 @@ std::optional<RunPlan> PlanCompiled(const RunOptions& options, model::Model mode
   if (!AddKinematics(model, *robot, &plan.description)) return std::nullopt;
   if (!AddFaults(options, *robot, &plan)) return std::nullopt;
   if (!AddWorld(options, &plan.description)) return std::nullopt;
+  // What is done to the run from outside: commands of a file, and modules that are lost on purpose.
   if (!options.commands.empty()) {
     std::optional<ControlScript> script = LoadScript(options.commands, model);
     if (!script) return std::nullopt;

@@ -17,6 +17,7 @@ void ChannelRates::Take(std::string_view channel, const uint8_t* data, size_t si
 morphbus::Channels ChannelRates::Roll(double now_s) {
   SpySnapshot now;
   table_.Snapshot(static_cast<int64_t>(now_s * 1e9), &now);
+  // A bus with more channels than the table holds still shows how much is said on it.
   if (now.untold_messages > 0) {
     ChannelRow& others = now.channels.emplace_back();
     others.channel = "(further channels)";
@@ -25,6 +26,7 @@ morphbus::Channels ChannelRates::Roll(double now_s) {
   morphbus::Channels channels;
   // Without an interval there is no rate, and it stays unset.
   const double interval_s = begin_s_ < 0 ? 0.0 : now_s - begin_s_;
+  // Channels that the table has dropped since are forgotten here, too.
   std::map<std::string, std::pair<int64_t, int64_t>> before = std::exchange(told_, {});
   for (const ChannelRow& row : now.channels) {
     morphbus::ChannelCount& out = *channels.add_channels();

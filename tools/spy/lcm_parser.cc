@@ -55,6 +55,7 @@ std::vector<LcmToken> TokenizeLcm(std::string_view text) {
       i = end;
     }
   }
+  // The end is a token, too, so that the parser can always look at the next one.
   tokens.push_back({"", line});
   return tokens;
 }
@@ -87,6 +88,7 @@ class LcmParser {
 
   Result<std::vector<LcmType>> Parse() {
     while (!Peek().empty() && error_.empty()) {
+      // A package holds for the types behind it, up to the next one.
       if (Accept("package")) {
         package_ = Name("a package");
         Expect(";");
@@ -230,6 +232,7 @@ class LcmParser {
       member.line = tokens_[at_].line;
       member.type = kind;
       member.name = Name("a member");
+      // Two members of one name could not be told apart in what is shown.
       if (Has(*type, member.name)) return Error(fmt::format("there are two '{}'", member.name));
       while (error_.empty() && Accept("[")) Dimension(*type, &member);
       type->members.push_back(std::move(member));

@@ -44,6 +44,7 @@ int64_t BaseHash(const LcmType& type) {
     // The number of dimensions comes first, then the mode and the size of each.
     v = Update(v, static_cast<int64_t>(member.dimensions.size()));
     for (const LcmDimension& dimension : member.dimensions) {
+      // The mode of lcm-gen is 0 for a fixed size and 1 for a variable one.
       v = Update(v, dimension.variable ? 1 : 0);
       v = Update(v, dimension.size);
     }
@@ -87,6 +88,7 @@ class RecursiveHashes {
       *cut = true;
       return 0;
     }
+    // Nesting that deep would use up the stack: the computation is given up with the next step.
     if (parents_.size() >= kDeepestHash) steps_ = limit_;
     // The members' hashes are added, and the sum turned by a bit; primitives have none.
     parents_.push_back(name);
@@ -135,6 +137,7 @@ Result<LcmSchema> LcmSchema::Parse(std::string_view text) {
   if (!types) return Fail(types.error().message);
   LcmSchema schema;
   for (LcmType& type : *types) {
+    // Of two definitions of one name in a text the last one counts.
     std::string name = type.name;
     schema.types_.insert_or_assign(std::move(name), std::move(type));
   }
@@ -161,6 +164,8 @@ Result<LcmSchema> LcmSchema::ParseFiles(const std::vector<LcmFile>& files,
     for (LcmType& type : *types) {
       const std::string name = type.name;
       const auto known = schema.types_.find(name);
+      // Projects often have copies of each other's files, which are no mistake while they say the
+      // same.
       if (known == schema.types_.end()) {
         file_of[name] = file.name;
         schema.types_.emplace(name, std::move(type));
@@ -204,6 +209,7 @@ std::vector<std::string> LcmSchema::ComputeFingerprints() {
       continue;
     }
     type.fingerprint = *hash;
+    // Types of equal fields have one fingerprint, and the first in order of name keeps it.
     by_fingerprint_.emplace(*hash, name);
   }
   return too_deep;

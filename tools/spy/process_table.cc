@@ -22,6 +22,7 @@ constexpr int64_t kSpeedStepNs = 100'000'000;
 /// Names in the order of people: m2 before m10.
 bool Before(const std::string& a, const std::string& b) {
   const auto number = [](const std::string& name) {
+    // Of two numbers at the end the one of fewer digits is the smaller one.
     const size_t at = name.find_last_not_of("0123456789") + 1;
     return std::pair(name.substr(0, at), name.size() - at);
   };
@@ -45,6 +46,8 @@ ProcessTable::Process* ProcessTable::Note(std::string_view run, std::string_view
   if (noted == nullptr) return nullptr;
   noted->row.run = run;
   noted->row.process = process;
+  // What is neither the simulator nor the logger is a module: the spy has no description that lists
+  // them.
   noted->row.is_module = process != bridge::kSimProcess && process != bridge::kLogProcess;
   return noted;
 }
@@ -87,6 +90,7 @@ void ProcessTable::OnClock(const bridge::RunMessage& message, morphbus::sim_cloc
   if (clocks.empty() || now_ns_ - clocks.back().first >= kSpeedStepNs) {
     clocks.emplace_back(now_ns_, time_us);
   }
+  // Two must stay, or a slow run would never have a speed.
   while (clocks.size() > 2 && now_ns_ - clocks.front().first > kSpeedNs) clocks.pop_front();
 }
 

@@ -93,6 +93,7 @@ Key::Code CodeOf(int key) {
 }  // namespace
 
 bool CanShowScreen() {
+  // In a pipe, or on a terminal that only knows lines, the spy prints its tables instead.
   const char* term = std::getenv("TERM");
   return isatty(STDIN_FILENO) == 1 && isatty(STDOUT_FILENO) == 1 && term != nullptr &&
          *term != '\0' && std::strcmp(term, "dumb") != 0;
@@ -144,6 +145,7 @@ std::pair<int, int> SpyTerminal::Size() const { return {getmaxx(stdscr), getmaxy
 void SpyTerminal::Draw(const Screen& screen) {
   // ncurses finds out what has changed and sends only that.
   erase();
+  // The window may have become smaller since the screen was laid out for it.
   const int lines = std::min(getmaxy(stdscr), static_cast<int>(screen.size()));
   for (int y = 0; y < lines; ++y) {
     move(y, 0);
@@ -164,6 +166,7 @@ std::optional<Key> SpyTerminal::ReadKey() {
   if (key == ERR) return std::nullopt;
   Key read;
   read.code = CodeOf(key);
+  // Printable characters are keys of their own, and text where a filter is typed.
   if (key >= 0x20 && key < 0x7f) {
     read.code = Key::Code::kCharacter;
     read.character = static_cast<char>(key);

@@ -70,6 +70,7 @@ Json RunJson(const RunRow& run) {
 
 /// The table as text.
 std::string TableText(const SpyTableText& table) {
+  // Text has no width of its own, so that no column is cut.
   const std::vector<int> widths = TableWidths(table.columns, table.rows, -1);
   Screen lines = {TableHeading(table.columns, widths)};
   for (const TableRow& row : table.rows) {
@@ -87,6 +88,7 @@ Json SpyJson(const SpyTable& table, const SpySnapshot& spy, const ChannelFilter&
     // Decoding every message would cost more than the table: only what is shown is decoded.
     if (selected(row.channel)) {
       Result<Json> last = table.LastOf(row.channel);
+      // A message that cannot be decoded is told by the reason, in the same place.
       entry["last"] = last ? std::move(*last) : Json(last.error().message);
     }
     channels.push_back(std::move(entry));
@@ -140,11 +142,13 @@ std::string SpyText(const SpyTable& table, const SpySnapshot& spy, const Channel
     const Result<Json> last = table.LastOf(row->channel);
     const std::string text = last ? JsonText(*last, 1) : last.error().message;
     out += "\n" + Visible(row->channel) + ":\n";
+    // Line by line, since the ends of lines are control characters, too, and must stay.
     for (size_t begin = 0, end = 0; begin < text.size(); begin = end + 1) {
       end = std::min(text.find('\n', begin), text.size());
       out += EscapeControl(text.substr(begin, end - begin)) + "\n";
     }
   }
+  // A channel that was asked for and said nothing would else be missing without a word.
   if (!any && !pattern.empty()) out += "\n" + pattern + ": nothing heard\n";
   return out;
 }
