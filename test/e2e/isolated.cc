@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "tools/launch/network.h"
+#include "tools/machine/network.h"
 
 int main(int argc, char** argv) {
   const bool no_route = argc > 1 && std::strcmp(argv[1], "--no-route") == 0;

@@ -6,7 +6,7 @@
 #include "test/logger/temp_log.h"
 #include "test/support/source_dir.h"
 #include "tools/launch/inproc_run.h"
-#include "tools/launch/run_plan.h"
+#include "tools/plan/run_plan.h"
 
 namespace morphbus::logger {
 

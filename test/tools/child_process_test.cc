@@ -1,4 +1,4 @@
-#include "tools/launch/child_process.h"
+#include "tools/machine/child_process.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

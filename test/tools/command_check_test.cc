@@ -1,4 +1,4 @@
-#include "tools/launch/command_check.h"
+#include "tools/control/command_check.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "tools/launch/control_script.h"
+#include "tools/plan/control_script.h"
 
 #include <gtest/gtest.h>
 

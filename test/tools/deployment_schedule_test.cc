@@ -1,4 +1,4 @@
-#include "tools/launch/deployment_schedule.h"
+#include "tools/control/deployment_schedule.h"
 
 #include <gtest/gtest.h>
 

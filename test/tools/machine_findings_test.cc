@@ -1,4 +1,4 @@
-#include "tools/launch/machine_findings.h"
+#include "tools/machine/machine_findings.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "tools/launch/network.h"
+#include "tools/machine/network.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

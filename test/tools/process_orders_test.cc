@@ -1,4 +1,4 @@
-#include "tools/launch/process_orders.h"
+#include "tools/control/process_orders.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "tools/launch/run_registry.h"
+#include "tools/machine/run_registry.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "tools/launch/wall_clock.h"
+#include "tools/machine/wall_clock.h"
 
 namespace morphbus::tools {
 namespace {

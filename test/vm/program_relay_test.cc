@@ -219,7 +219,7 @@ TEST(ProgramRelayTest, SpreadTicksIsWhenTheLastOneHoldsIt) {
 }
 
 TEST(ProgramRelayTest, LossSlowsTheSpreadByNoMoreThanDeployersReckonWith) {
-  // tools/launch/control_desk.cc: twice as long, over the square of the share that arrives.
+  // tools/control/control_desk.cc: twice as long, over the square of the share that arrives.
   for (const double loss : {0.1, 0.3}) {
     for (uint64_t seed = 1; seed <= 20; ++seed) {
       Row row(5, loss, seed);

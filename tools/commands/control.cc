@@ -11,13 +11,13 @@
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/inspect.h"
-#include "tools/launch/commander.h"
+#include "tools/control/commander.h"
+#include "tools/control/controlled_run.h"
 #include "tools/launch/control_link.h"
-#include "tools/launch/control_script.h"
-#include "tools/launch/controlled_run.h"
-#include "tools/launch/network.h"
-#include "tools/launch/run_plan.h"
-#include "tools/launch/run_registry.h"
+#include "tools/machine/network.h"
+#include "tools/machine/run_registry.h"
+#include "tools/plan/control_script.h"
+#include "tools/plan/run_plan.h"
 
 namespace morphbus::tools {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
-#include "tools/launch/machine_checks.h"
-#include "tools/launch/network.h"
-#include "tools/launch/run_registry.h"
+#include "tools/machine/machine_checks.h"
+#include "tools/machine/network.h"
+#include "tools/machine/run_registry.h"
 
 namespace morphbus::tools {
 namespace {

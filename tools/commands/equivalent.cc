@@ -10,8 +10,8 @@
 #include "compiler/keywords/module_keywords.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
-#include "tools/launch/binding_comparison.h"
-#include "tools/launch/static_roles.h"
+#include "tools/roles/binding_comparison.h"
+#include "tools/roles/static_roles.h"
 
 namespace morphbus::tools {
 namespace {

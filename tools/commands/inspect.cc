@@ -9,7 +9,7 @@
 #include "bridge/wire/channels.h"
 #include "tools/base/files.h"
 #include "tools/base/messages.h"
-#include "tools/launch/control_script.h"
+#include "tools/plan/control_script.h"
 
 namespace morphbus::tools {
 namespace {

@@ -14,7 +14,7 @@
 #include "bridge/observe/process_state.h"
 #include "bridge/observe/run_message.h"
 #include "tools/base/inspection_report.h"
-#include "tools/launch/controlled_run.h"
+#include "tools/control/controlled_run.h"
 
 namespace morphbus::tools {
 

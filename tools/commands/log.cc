@@ -18,9 +18,9 @@
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"
-#include "tools/launch/key_choice.h"
-#include "tools/launch/run_choice.h"
-#include "tools/launch/run_plan.h"
+#include "tools/machine/key_choice.h"
+#include "tools/machine/run_choice.h"
+#include "tools/plan/run_plan.h"
 
 namespace morphbus::tools {
 namespace {

@@ -8,9 +8,9 @@
 #include <cstring>
 
 #include "tools/commands/commands.h"
-#include "tools/launch/child_process.h"
-#include "tools/launch/key_choice.h"
-#include "tools/launch/run_registry.h"
+#include "tools/machine/child_process.h"
+#include "tools/machine/key_choice.h"
+#include "tools/machine/run_registry.h"
 
 namespace morphbus::tools {
 namespace {

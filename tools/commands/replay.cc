@@ -18,9 +18,9 @@
 #include "tools/commands/commands.h"
 #include "tools/commands/replay_into.h"
 #include "tools/launch/control_link.h"
-#include "tools/launch/network.h"
-#include "tools/launch/run_choice.h"
-#include "tools/launch/run_registry.h"
+#include "tools/machine/network.h"
+#include "tools/machine/run_choice.h"
+#include "tools/machine/run_registry.h"
 
 namespace morphbus::tools {
 namespace {

@@ -13,11 +13,11 @@
 #include "tools/commands/commands.h"
 #include "tools/convert/rerun_report.h"
 #include "tools/launch/inproc_run.h"
-#include "tools/launch/key_choice.h"
 #include "tools/launch/launcher.h"
-#include "tools/launch/network.h"
-#include "tools/launch/reproduction.h"
-#include "tools/launch/run_registry.h"
+#include "tools/machine/key_choice.h"
+#include "tools/machine/network.h"
+#include "tools/machine/run_registry.h"
+#include "tools/plan/reproduction.h"
 #include "tools/spy/lcm_sources.h"
 
 namespace morphbus::tools {

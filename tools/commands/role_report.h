@@ -7,8 +7,8 @@
 
 #include "tools/base/json.h"
 #include "tools/base/model_io.h"
-#include "tools/launch/role_explanation.h"
-#include "tools/launch/static_roles.h"
+#include "tools/roles/role_explanation.h"
+#include "tools/roles/static_roles.h"
 
 namespace morphbus::tools {
 

@@ -7,8 +7,8 @@
 #include "compiler/keywords/module_keywords.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/role_report.h"
-#include "tools/launch/role_explanation.h"
-#include "tools/launch/static_roles.h"
+#include "tools/roles/role_explanation.h"
+#include "tools/roles/static_roles.h"
 
 namespace morphbus::tools {
 namespace {

@@ -14,12 +14,12 @@
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/inproc_run.h"
-#include "tools/launch/key_choice.h"
 #include "tools/launch/launcher.h"
-#include "tools/launch/network.h"
 #include "tools/launch/run_outcome.h"
-#include "tools/launch/run_plan.h"
-#include "tools/launch/run_registry.h"
+#include "tools/machine/key_choice.h"
+#include "tools/machine/network.h"
+#include "tools/machine/run_registry.h"
+#include "tools/plan/run_plan.h"
 
 namespace morphbus::tools {
 namespace {

@@ -5,7 +5,7 @@
 #include "compiler/base/columns.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
-#include "tools/launch/run_registry.h"
+#include "tools/machine/run_registry.h"
 
 namespace morphbus::tools {
 namespace {

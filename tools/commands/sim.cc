@@ -14,12 +14,12 @@
 #include "bridge/wire/sealed_bus.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
-#include "tools/launch/control_desk.h"
+#include "tools/control/control_desk.h"
 #include "tools/launch/control_link.h"
-#include "tools/launch/key_choice.h"
-#include "tools/launch/run_plan.h"
-#include "tools/launch/sense_root.h"
-#include "tools/launch/wall_clock.h"
+#include "tools/machine/key_choice.h"
+#include "tools/machine/wall_clock.h"
+#include "tools/plan/run_plan.h"
+#include "tools/plan/sense_root.h"
 
 namespace morphbus::tools {
 namespace {

@@ -12,7 +12,7 @@
 #include <cstring>
 
 #include "tools/base/json.h"
-#include "tools/launch/wall_clock.h"
+#include "tools/machine/wall_clock.h"
 
 namespace morphbus::tools {
 namespace {

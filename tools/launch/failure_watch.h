@@ -7,7 +7,7 @@
 #include <string>
 
 #include "bridge/lockstep/participant.h"
-#include "tools/launch/wall_clock.h"
+#include "tools/machine/wall_clock.h"
 
 namespace morphbus::tools {
 

@@ -11,12 +11,12 @@
 #include "bridge/wire/channels.h"
 #include "bridge/wire/sealed_bus.h"
 #include "logger/log/recorder.h"
-#include "tools/launch/control_desk.h"
+#include "tools/control/control_desk.h"
 #include "tools/launch/control_link.h"
-#include "tools/launch/plan_modules.h"
 #include "tools/launch/progress.h"
-#include "tools/launch/sense_root.h"
-#include "tools/launch/wall_clock.h"
+#include "tools/machine/wall_clock.h"
+#include "tools/plan/plan_modules.h"
+#include "tools/plan/sense_root.h"
 
 namespace morphbus::tools {
 namespace {

@@ -15,9 +15,9 @@
 #include "tools/base/json.h"
 #include "tools/base/messages.h"
 #include "tools/base/program.h"
-#include "tools/launch/key_choice.h"
 #include "tools/launch/progress.h"
-#include "tools/launch/wall_clock.h"
+#include "tools/machine/key_choice.h"
+#include "tools/machine/wall_clock.h"
 
 namespace morphbus::tools {
 namespace {

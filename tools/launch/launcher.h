@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "tools/launch/child_process.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/failure_watch.h"
 #include "tools/launch/run_outcome.h"
-#include "tools/launch/run_plan.h"
 #include "tools/launch/run_record.h"
-#include "tools/launch/run_registry.h"
+#include "tools/machine/child_process.h"
+#include "tools/machine/run_registry.h"
+#include "tools/plan/run_plan.h"
 
 namespace morphbus::tools {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "tools/launch/wall_clock.h"
+#include "tools/machine/wall_clock.h"
 
 namespace morphbus::tools {
 

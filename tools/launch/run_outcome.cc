@@ -14,7 +14,7 @@
 #include "tools/base/messages.h"
 #include "tools/base/model_io.h"
 #include "tools/base/program.h"
-#include "tools/launch/static_roles.h"
+#include "tools/roles/static_roles.h"
 
 namespace morphbus::tools {
 namespace {

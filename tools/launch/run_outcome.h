@@ -10,7 +10,7 @@
 #include "logger/figures/run_figures.h"
 #include "logger/log/run_facts.h"
 #include "tools/base/json.h"
-#include "tools/launch/run_plan.h"
+#include "tools/plan/run_plan.h"
 
 namespace morphbus::tools {
 

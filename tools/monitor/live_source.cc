@@ -11,8 +11,8 @@
 #include "bridge/observe/description_finder.h"
 #include "bridge/wire/channels.h"
 #include "tools/base/files.h"
-#include "tools/launch/control_script.h"
-#include "tools/launch/controlled_run.h"
+#include "tools/control/controlled_run.h"
+#include "tools/plan/control_script.h"
 
 namespace morphbus::tools {
 namespace {

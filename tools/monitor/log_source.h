@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/launch/wall_clock.h"
+#include "tools/machine/wall_clock.h"
 #include "tools/monitor/log_player.h"
 #include "tools/monitor/monitor_source.h"
 #include "tools/monitor/program_text.h"

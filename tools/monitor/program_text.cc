@@ -5,7 +5,7 @@
 #include "compiler/dynarole/compile.h"
 #include "compiler/keywords/module_keywords.h"
 #include "tools/base/files.h"
-#include "tools/launch/control_script.h"
+#include "tools/plan/control_script.h"
 
 namespace morphbus::tools {
 namespace {

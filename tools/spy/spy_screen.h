@@ -6,7 +6,7 @@
 
 #include "bridge/bus/lcm_tap.h"
 #include "compiler/base/result.h"
-#include "tools/launch/run_choice.h"
+#include "tools/machine/run_choice.h"
 #include "tools/spy/spy_table.h"
 
 namespace morphbus::tools {
