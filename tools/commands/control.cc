@@ -13,7 +13,7 @@
 #include "tools/commands/inspect.h"
 #include "tools/control/commander.h"
 #include "tools/control/controlled_run.h"
-#include "tools/launch/control_link.h"
+#include "tools/launch/launcher_link.h"
 #include "tools/machine/network.h"
 #include "tools/machine/run_registry.h"
 #include "tools/plan/control_script.h"

@@ -17,7 +17,7 @@
 #include "logger/log/replay_delivery.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
-#include "tools/launch/control_link.h"
+#include "tools/launch/launcher_link.h"
 #include "tools/machine/key_choice.h"
 #include "tools/machine/run_choice.h"
 #include "tools/plan/run_plan.h"
@@ -30,7 +30,7 @@ struct LogOptions {
   PlanSource plan;
   std::string output;
   std::string key_file;
-  int control_fd = -1;
+  int launcher_fd = -1;
   bool in_memory = false;  ///< `output` is the launcher's memory (RunRecord).
   std::string follow;      ///< Name of the run whose replay is recorded; empty: none.
 };
@@ -58,7 +58,7 @@ void LetOthersGoFirst() {
 
 /// Records until the run ends or `link` or a signal says stop. `*interrupted` says why it did.
 void Record(logger::Recorder* recorder, bridge::FaultyBus* bus, const bridge::TimeSource& time,
-            ControlLink* link, std::string* interrupted) {
+            LauncherLink* link, std::string* interrupted) {
   volatile bool stop = false;
   Ticker watch(kWatchUs, [&] {
     if (interrupted->empty()) *interrupted = StopReason(link);
@@ -132,7 +132,7 @@ int Log(const LogOptions& options) {
   bridge::MonotonicTime time;
   bridge::FaultyBus bus(&sealed, plan->faults, bridge::kLogProcess,
                         [&time] { return time.NowUs(); });
-  ControlLink link(options.control_fd);
+  LauncherLink link(options.launcher_fd);
   // From here on a signal ends the recording properly, with an END that names it.
   CatchSignals();
   const Result<std::unique_ptr<logger::Recorder>> recorder =
@@ -152,15 +152,15 @@ int Log(const LogOptions& options) {
                 {"reason", summary->reason}});
   // A logger that was started by hand tells people; the launcher prints one summary for all
   // processes.
-  if (options.control_fd < 0) {
+  if (options.launcher_fd < 0) {
     Print("{}: {} events, {} bytes, hash {}, {}\n", summary->path, summary->events, summary->bytes,
           summary->run_hash, summary->reason);
   }
   // Told to stop by the launcher, which says itself what went wrong: closing the log was the task.
-  if (!interrupted.empty() && options.control_fd >= 0) return kDone;
+  if (!interrupted.empty() && options.launcher_fd >= 0) return kDone;
   if (summary->complete) return kDone;
   // Under a launcher the launcher prints the reason, once, and names the log.
-  return options.control_fd >= 0 ? kFailed : Failed(summary->path + ": " + summary->reason);
+  return options.launcher_fd >= 0 ? kFailed : Failed(summary->path + ": " + summary->reason);
 }
 
 }  // namespace
@@ -177,7 +177,7 @@ void AddLog(CommandLine* line) {
       .TypeName("NAME");
   sub.Force(&options->plan.options.force);
   sub.Flag("--in-memory", &options->in_memory, "The log is the launcher's memory").Hidden();
-  sub.Add("--control-fd", &options->control_fd, "The launcher's line").Hidden();
+  sub.Add("--launcher-fd", &options->launcher_fd, "The launcher's line").Hidden();
   sub.Footer(
       "Example:\n  morphbus log models/mtran.m3l models/programs/quadruped.dyn --robot quadruped "
       "--run walk --seconds 30 -o walk.log\n"

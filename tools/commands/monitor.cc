@@ -14,7 +14,7 @@
 #include "logger/log/facts_text.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
-#include "tools/launch/control_link.h"
+#include "tools/launch/launcher_link.h"
 #include "tools/machine/run_choice.h"
 #include "tools/machine/wall_clock.h"
 #include "tools/monitor/live_source.h"

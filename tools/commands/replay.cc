@@ -17,7 +17,7 @@
 #include "tools/base/terminal_keys.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/replay_into.h"
-#include "tools/launch/control_link.h"
+#include "tools/launch/launcher_link.h"
 #include "tools/machine/network.h"
 #include "tools/machine/run_choice.h"
 #include "tools/machine/run_registry.h"

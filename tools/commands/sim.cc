@@ -15,7 +15,7 @@
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/control/control_desk.h"
-#include "tools/launch/control_link.h"
+#include "tools/launch/launcher_link.h"
 #include "tools/machine/key_choice.h"
 #include "tools/machine/wall_clock.h"
 #include "tools/plan/run_plan.h"
@@ -32,9 +32,9 @@ constexpr int64_t kJoinS = 15;
 /// The options of `morphbus sim`.
 struct SimCommandOptions {
   PlanSource plan;
-  int control_fd = -1;
+  int launcher_fd = -1;
   std::string
-      control_folder;  ///< The run's, with what it is told beforehand; empty: takes no commands.
+      run_folder;  ///< The run's, with what it is told beforehand; empty: takes no commands.
   std::string key_file;
   bool no_logger = false;
   double give_up_s = 60;  ///< By hand, people start one process after the other.
@@ -48,7 +48,7 @@ struct SimControls {
 
 /// Lets the run obey the script in its folder, and commands that bear its key.
 Result<std::unique_ptr<SimControls>> MakeControls(const std::string& folder, const RunPlan& plan,
-                                                  bridge::Bus* bus, ControlLink* link,
+                                                  bridge::Bus* bus, LauncherLink* link,
                                                   bridge::SimParticipant* participant,
                                                   sim::ControlledRobot* robot) {
   Result<ControlScript> script = ReadScript(folder);
@@ -86,7 +86,7 @@ int Simulate(const SimCommandOptions& options) {
   Result<bridge::SimParticipantOptions> participant_options = SimOptions(*plan, !options.no_logger);
   if (!participant_options) return Unusable(participant_options.error().message);
   // The launcher has started all processes: one that is not there soon will not come.
-  const bool by_hand = options.control_fd < 0;
+  const bool by_hand = options.launcher_fd < 0;
   participant_options->timing.join_silence_us =
       std::llround((by_hand ? options.give_up_s : kJoinS) * 1e6);
   // The world is built before the first message: a large one takes seconds.
@@ -106,12 +106,12 @@ int Simulate(const SimCommandOptions& options) {
   bridge::LateMessages late({&bus});
   bridge::SimParticipant participant(&bus, robot->get(), &time, *participant_options);
   AddRootSensor(*plan, robot->get(), &participant);
-  ControlLink link(options.control_fd);
+  LauncherLink link(options.launcher_fd);
   // From here on a signal ends the run at the next tick, for all its processes.
   CatchSignals();
   WallTimer since_first_tick;
   const auto controls =
-      MakeControls(options.control_folder, *plan, &bus, &link, &participant, robot->get());
+      MakeControls(options.run_folder, *plan, &bus, &link, &participant, robot->get());
   if (!controls) return Unusable(controls.error().message);
   ControlDesk& desk = *(*controls)->desk;
   participant.OnBeforeTick([&](int64_t tick) {
@@ -180,8 +180,8 @@ void AddSim(CommandLine* line) {
   sub.Add("--give-up", &options->give_up_s,
           "Before the first tick: end after so many seconds in which nobody joined (default 60)")
       .Seconds();
-  sub.Add("--control-fd", &options->control_fd, "The launcher's line").Hidden();
-  sub.Add("--control-folder", &options->control_folder, "The run's folder").Hidden();
+  sub.Add("--launcher-fd", &options->launcher_fd, "The launcher's line").Hidden();
+  sub.Add("--run-folder", &options->run_folder, "The run's folder").Hidden();
   sub.Footer(
       "Example (three terminals, or three hosts with udpm ttl=1):\n"
       "  morphbus sim models/mtran.m3l models/programs/quadruped.dyn --robot quadruped --run walk "

@@ -10,7 +10,7 @@
 #include "compiler/base/name_pattern.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
-#include "tools/launch/control_link.h"
+#include "tools/launch/launcher_link.h"
 #include "tools/machine/key_choice.h"
 #include "tools/machine/run_choice.h"
 #include "tools/machine/run_registry.h"

@@ -12,7 +12,7 @@
 #include "bridge/wire/sealed_bus.h"
 #include "logger/log/recorder.h"
 #include "tools/control/control_desk.h"
-#include "tools/launch/control_link.h"
+#include "tools/launch/launcher_link.h"
 #include "tools/launch/progress.h"
 #include "tools/machine/wall_clock.h"
 #include "tools/plan/plan_modules.h"

@@ -53,12 +53,12 @@ Result<void> Launcher::WriteInputs() {
   return WriteScript(plan_.script, directory_.path());
 }
 
-Result<ControlLink> Launcher::StartLinked(const std::string& name, std::vector<std::string> argv,
-                                          int death_signal, std::vector<int> fds) {
+Result<LauncherLink> Launcher::StartLinked(const std::string& name, std::vector<std::string> argv,
+                                           int death_signal, std::vector<int> fds) {
   // The link comes before the child, which inherits one end of it by number.
-  Result<std::pair<ControlLink, int>> link = ControlLink::Create();
+  Result<std::pair<LauncherLink, int>> link = LauncherLink::Create();
   if (!link) return Fail(link.error().message);
-  argv.insert(argv.end(), {"--description", directory_.path() + "/description.pb", "--control-fd",
+  argv.insert(argv.end(), {"--description", directory_.path() + "/description.pb", "--launcher-fd",
                            std::to_string(link->second)});
   if (!options_.lcm_url.empty()) argv.insert(argv.end(), {"--lcm-url", options_.lcm_url});
   // Whether the run is open, the description says.
@@ -251,12 +251,12 @@ Result<void> Launcher::StartAll() {
     log_argv.push_back("--in-memory");
     log_fds.push_back(record_.fd());
   }
-  Result<ControlLink> log =
+  Result<LauncherLink> log =
       StartLinked(FailureWatch::kLog, std::move(log_argv), SIGTERM, std::move(log_fds));
   if (!log) return Fail(log.error().message);
   log_.emplace(std::move(*log));
-  Result<ControlLink> sim = StartLinked(
-      FailureWatch::kSim, {program, "sim", "--control-folder", directory_.path()}, SIGKILL);
+  Result<LauncherLink> sim =
+      StartLinked(FailureWatch::kSim, {program, "sim", "--run-folder", directory_.path()}, SIGKILL);
   if (!sim) return Fail(sim.error().message);
   sim_.emplace(std::move(*sim));
   for (int process = 0; process < NumModuleProcesses(); ++process) {

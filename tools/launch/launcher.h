@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/launch/control_link.h"
 #include "tools/launch/failure_watch.h"
+#include "tools/launch/launcher_link.h"
 #include "tools/launch/run_outcome.h"
 #include "tools/launch/run_record.h"
 #include "tools/machine/child_process.h"
@@ -19,7 +19,7 @@
 namespace morphbus::tools {
 
 /// A run of one simulator, one process a module and a logger, which talk over LCM. The launcher
-/// takes no part in the lockstep: it starts the processes, hears from sim and logger over control
+/// takes no part in the lockstep: it starts the processes, hears from sim and logger over
 /// links how they get on, starts modules' processes again that die, and stops the rest when
 /// somebody fails for good. No process outlives the launcher, however that ends. One object is one
 /// run.
@@ -74,8 +74,8 @@ class Launcher {
   /// link. `argv` is completed with the description, the link's descriptor and the LCM URL;
   /// `death_signal` is what the process gets when the launcher dies, `fds` what it inherits
   /// besides.
-  Result<ControlLink> StartLinked(const std::string& name, std::vector<std::string> argv,
-                                  int death_signal, std::vector<int> fds = {});
+  Result<LauncherLink> StartLinked(const std::string& name, std::vector<std::string> argv,
+                                   int death_signal, std::vector<int> fds = {});
   /// Sleeps until a process ends, a message or a signal comes, or kPollMs are over; then reads the
   /// messages and notes which processes have ended.
   void Watch();
@@ -104,8 +104,8 @@ class Launcher {
   const RunRecord& record_;
   /// All processes of the run, in the order in which they were started.
   std::list<ChildProcess> children_;
-  std::optional<ControlLink> sim_;  ///< None until StartAll has started the process.
-  std::optional<ControlLink> log_;
+  std::optional<LauncherLink> sim_;  ///< None until StartAll has started the process.
+  std::optional<LauncherLink> log_;
   /// What Run returns, filled in as reports arrive.
   RunOutcome outcome_;
   /// Whether the run has failed, and why.

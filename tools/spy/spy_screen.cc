@@ -15,7 +15,7 @@
 #include "bridge/control/control_command.h"
 #include "compiler/base/text.h"
 #include "tools/control/commander.h"
-#include "tools/launch/control_link.h"
+#include "tools/launch/launcher_link.h"
 #include "tools/machine/wall_clock.h"
 #include "tools/spy/field_history.h"
 #include "tools/spy/spy_terminal.h"

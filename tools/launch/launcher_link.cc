@@ -1,4 +1,4 @@
-#include "tools/launch/control_link.h"
+#include "tools/launch/launcher_link.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -28,30 +28,30 @@ void RememberSignal(int signal) { g_signal = signal; }
 
 }  // namespace
 
-ControlLink::ControlLink(int fd) : fd_(fd) {
+LauncherLink::LauncherLink(int fd) : fd_(fd) {
   if (fd < 0) return;
   // Nobody waits for the other: a process that hangs must not hang its launcher.
   fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) | O_NONBLOCK);
   fcntl(fd, F_SETFD, FD_CLOEXEC);
 }
 
-Result<std::pair<ControlLink, int>> ControlLink::Create() {
+Result<std::pair<LauncherLink, int>> LauncherLink::Create() {
   // Both ends close on exec; Start lets the child inherit its own all the same.
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
     return Fail(fmt::format("cannot make a socket: {}", std::strerror(errno)));
   }
-  return std::pair<ControlLink, int>(ControlLink(ends[0]), ends[1]);
+  return std::pair<LauncherLink, int>(LauncherLink(ends[0]), ends[1]);
 }
 
-void ControlLink::Send(const nlohmann::ordered_json& message) const {
+void LauncherLink::Send(const nlohmann::ordered_json& message) const {
   if (fd() < 0) return;
   // Half a line would spoil the next one, so only a socket with room gets any.
   pollfd waiting = {fd(), POLLOUT, 0};
   if (poll(&waiting, 1, 0) == 1 && (waiting.revents & POLLOUT) != 0) Deliver(message);
 }
 
-void ControlLink::Deliver(const nlohmann::ordered_json& message, double patience_s) const {
+void LauncherLink::Deliver(const nlohmann::ordered_json& message, double patience_s) const {
   if (fd() < 0) return;
   const std::string line = JsonText(message) + "\n";
   const WallTimer timer;
@@ -69,7 +69,7 @@ void ControlLink::Deliver(const nlohmann::ordered_json& message, double patience
   }
 }
 
-std::vector<nlohmann::ordered_json> ControlLink::Receive() {
+std::vector<nlohmann::ordered_json> LauncherLink::Receive() {
   std::vector<nlohmann::ordered_json> messages;
   char buffer[4096];
   while (fd() >= 0 && !closed_) {
@@ -106,7 +106,7 @@ void CatchSignals() {
 
 int CaughtSignal() { return g_signal; }
 
-std::string StopReason(ControlLink* link,
+std::string StopReason(LauncherLink* link,
                        const std::function<void(const nlohmann::ordered_json&)>& other) {
   std::string reason;
   for (const nlohmann::ordered_json& message : link->Receive()) {

@@ -19,15 +19,15 @@ namespace morphbus::tools {
 /// {"order": "kill" or "restart", "module": name, "incarnation": number}; the sim sends {"tick": …,
 /// "gone": […]} as it goes and {"outcome": …} at the end; the logger sends {"log": path, …} or
 /// {"error": …}. None of this is part of the run: it is never logged, and no hash covers it.
-class ControlLink {
+class LauncherLink {
  public:
-  /// Takes over a descriptor, e.g. from --control-fd; -1: a link to nobody, that never says
+  /// Takes over a descriptor, e.g. from --launcher-fd; -1: a link to nobody, that never says
   /// anything.
-  explicit ControlLink(int fd);
+  explicit LauncherLink(int fd);
 
   /// The two ends of a new link; the descriptor of the second is for a child to inherit, and the
   /// caller closes it once the child has started. Fails if the system has no socket left.
-  static Result<std::pair<ControlLink, int>> Create();
+  static Result<std::pair<LauncherLink, int>> Create();
 
   /// Sends a message that may be lost, such as progress: a socket without room gets nothing of it,
   /// so that this does not wait for the other end. What must arrive is sent with `Deliver`.
@@ -57,7 +57,7 @@ int CaughtSignal();
 /// Why this process should end now: the launcher says {"stop": reason} or is gone, or a signal was
 /// caught. The result is empty where there is no reason. It reads the link, hands every message but
 /// {"stop"} to `other` (if given), and never blocks.
-std::string StopReason(ControlLink* link,
+std::string StopReason(LauncherLink* link,
                        const std::function<void(const nlohmann::ordered_json&)>& other = nullptr);
 
 /// Microseconds of wall time between two looks at the launcher, at signals and at the log.

@@ -1,4 +1,4 @@
-#include "tools/launch/control_link.h"
+#include "tools/launch/launcher_link.h"
 
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -10,16 +10,16 @@ namespace morphbus::tools {
 namespace {
 
 /// Waits for something to read, then reads it.
-std::vector<nlohmann::ordered_json> Await(ControlLink* link) {
+std::vector<nlohmann::ordered_json> Await(LauncherLink* link) {
   pollfd fd = {link->fd(), POLLIN, 0};
   poll(&fd, 1, -1);
   return link->Receive();
 }
 
-TEST(ControlLinkTest, MessagesArriveWholeAndInOrder) {
-  Result<std::pair<ControlLink, int>> ends = ControlLink::Create();
+TEST(LauncherLinkTest, MessagesArriveWholeAndInOrder) {
+  Result<std::pair<LauncherLink, int>> ends = LauncherLink::Create();
   ASSERT_TRUE(ends.has_value());
-  ControlLink other(ends->second);
+  LauncherLink other(ends->second);
   other.Deliver({{"tick", 1}});
   other.Deliver({{"text", "two\nlines"}});
   const auto messages = Await(&ends->first);
@@ -28,24 +28,24 @@ TEST(ControlLinkTest, MessagesArriveWholeAndInOrder) {
   EXPECT_EQ(messages[1]["text"], "two\nlines");
 }
 
-TEST(ControlLinkTest, TheEndOfTheOtherSideIsSeen) {
-  Result<std::pair<ControlLink, int>> ends = ControlLink::Create();
-  std::optional<ControlLink> other(std::in_place, ends->second);
+TEST(LauncherLinkTest, TheEndOfTheOtherSideIsSeen) {
+  Result<std::pair<LauncherLink, int>> ends = LauncherLink::Create();
+  std::optional<LauncherLink> other(std::in_place, ends->second);
   EXPECT_EQ(StopReason(&ends->first), "");
   other.reset();
   EXPECT_EQ(StopReason(&ends->first), "the launcher is gone");
 }
 
-TEST(ControlLinkTest, AStopGivesItsReason) {
-  Result<std::pair<ControlLink, int>> ends = ControlLink::Create();
-  ControlLink other(ends->second);
+TEST(LauncherLinkTest, AStopGivesItsReason) {
+  Result<std::pair<LauncherLink, int>> ends = LauncherLink::Create();
+  LauncherLink other(ends->second);
   ends->first.Deliver({{"stop", "module m3 exited with status 1"}});
   EXPECT_EQ(StopReason(&other), "module m3 exited with status 1");
 }
 
-TEST(ControlLinkTest, AFullSocketNeverBlocksProgress) {
-  Result<std::pair<ControlLink, int>> ends = ControlLink::Create();
-  ControlLink other(ends->second);
+TEST(LauncherLinkTest, AFullSocketNeverBlocksProgress) {
+  Result<std::pair<LauncherLink, int>> ends = LauncherLink::Create();
+  LauncherLink other(ends->second);
   for (int i = 0; i < 100000; ++i) other.Send({{"tick", i}});
   int64_t last = -1;
   for (const auto& message : Await(&ends->first)) {
@@ -55,15 +55,15 @@ TEST(ControlLinkTest, AFullSocketNeverBlocksProgress) {
   EXPECT_GT(last, 10);
 }
 
-TEST(ControlLinkTest, APeerThatNeverReadsIsGivenUp) {
-  Result<std::pair<ControlLink, int>> ends = ControlLink::Create();
-  ControlLink other(ends->second);
+TEST(LauncherLinkTest, APeerThatNeverReadsIsGivenUp) {
+  Result<std::pair<LauncherLink, int>> ends = LauncherLink::Create();
+  LauncherLink other(ends->second);
   other.Deliver({{"text", std::string(10'000'000, 'x')}}, 0.01);
   EXPECT_TRUE(ends->first.Receive().empty());
 }
 
-TEST(ControlLinkTest, ALinkToNobodySaysNothing) {
-  ControlLink none(-1);
+TEST(LauncherLinkTest, ALinkToNobodySaysNothing) {
+  LauncherLink none(-1);
   none.Deliver({{"tick", 1}});
   EXPECT_EQ(StopReason(&none), "");
 }
