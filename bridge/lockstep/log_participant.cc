@@ -125,6 +125,7 @@ bool LogParticipant::HasProcess(std::string_view process) const {
 }
 
 bool LogParticipant::HasChannel(const ChannelName& name) {
+  // Channels without a process, such as CONTROL, are the run's from the beginning.
   if (name.process.empty() || HasProcess(name.process)) return true;
   return !machine_.knows_all_names() && (IsHashed(name.topic) || ++early_ <= kMostEarly);
 }
@@ -169,6 +170,7 @@ void LogParticipant::CompareTotals(const ChannelName& name, const uint8_t* data,
   const std::string topic = streams_.FirstDifference(options_.run + "/" + process + "/",
                                                      health.totals, options_.realtime);
   if (topic.empty()) return;
+  // The log would hold another run than the one that happened: there is no use in going on.
   error_ =
       "LOG recorded other messages on " + process + "/" + topic + " than " + process + " published";
   machine_.GiveUp();
@@ -280,6 +282,7 @@ void LogParticipant::TakeResend(const uint8_t* data, size_t size) {
     info_wanted_ = true;
     AnswerInfo();
   } else if (wanted && wanted->topic == Topic::kProgress) {
+    // The sim asks how far the logger is when it has not heard of that for long.
     machine_.OnPoll(ask.header.tick, now_us(), &actions_);
   }
 }
@@ -304,6 +307,7 @@ void LogParticipant::TakeProgress(const uint8_t* data, size_t size) {
 }
 
 void LogParticipant::AnswerInfo() {
+  // Several may ask at once, and one answer is for all of them.
   if (!info_wanted_ || !publish_info_ || now_us() < info_due_us_) return;
   info_wanted_ = false;
   info_due_us_ = now_us() + kInfoPauseUs;

@@ -73,6 +73,7 @@ void SimParticipant::ReportMissing() {
 }
 
 void SimParticipant::RequestStop(const std::string& reason) {
+  // The tick that is out is still answered, so that the log ends with a whole one.
   ending_.AskFor(reason);
   Tell(&SimLockstep::Stop, false);
 }
@@ -115,6 +116,7 @@ void SimParticipant::OnHello(const uint8_t* data, size_t size) {
   std::string why;
   const RunMembers::Welcome welcome = members_.OnHello(hello, standing, now_us(), &why);
   if (welcome == RunMembers::Welcome::kUnfit) return Refuse(why);
+  // A process that is turned away changes nothing: the run goes on with its members.
   if (welcome == RunMembers::Welcome::kTurnedAway) return;
   // Of a later incarnation than the first, a module does not know where the run is.
   if (module && hello.incarnation > 1) Admit(process);
@@ -192,6 +194,7 @@ void SimParticipant::OnTotals(const uint8_t* data, size_t size) {
   const auto fits = [&] { return (process = members_.NumberOf(totals.process)) >= 0; };
   if (!Accept(data, size, &totals, fits)) return;
   const bool leaves = IsModule(process) && machine_.attendance().lost(process);
+  // Totals are final only when the run ends, or of a module that leaves it.
   if (!machine_.ending() && !leaves) return;
   // The logger has been told how the run ended, by what was known then: that must not change.
   if (verdict_told_) return;
@@ -244,6 +247,7 @@ void SimParticipant::CarryOut(const SimAction& action) {
       return publisher_.PublishEnd(action.tick, ending_.ChooseReason(EndFacts()));
     case SimAction::Kind::kAskToLeave:
       return Say(kSimProcess, Topic::kLeave, morphbus::leave_t{{}, members_.name(action.process)});
+    // Where something must be done between two ticks, the next one waits for PassBarrier.
     case SimAction::Kind::kAtBarrier:
       return at_barrier_ ? at_barrier_() : PassBarrier();
     case SimAction::Kind::kRepeatEnd:

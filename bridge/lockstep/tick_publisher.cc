@@ -37,6 +37,7 @@ TickPublisher::TickPublisher(Outbox* outbox, const std::vector<ExpectedModule>& 
 }
 
 void TickPublisher::Announce(const std::string& text) {
+  // With a longer text receivers would refuse the whole CLOCK.
   announcements_.push_back(CutText(text, kLongestText));
 }
 
@@ -90,6 +91,7 @@ void TickPublisher::PublishReadings(
     const std::function<void(const std::vector<size_t>& members, morphbus::sensors_t* part)>&
         add_orders) {
   message_.num_parts = static_cast<int16_t>(sensors_parts_.size());
+  // Every module is in the same part in each tick, so that it need not read the others.
   for (size_t part = 0; part < sensors_parts_.size(); ++part) {
     const std::vector<size_t>& members = sensors_parts_[part];
     message_.part = static_cast<int16_t>(part);
@@ -125,6 +127,7 @@ void TickPublisher::RepeatClock(int64_t tick) {
 }
 
 void TickPublisher::RepeatEnd() {
+  // END is the last CLOCK, whatever its tick.
   const int64_t last = outbox_->count(clock_) - 1;
   outbox_->Resend(clock_, last, last);
 }
@@ -138,6 +141,7 @@ void TickPublisher::RepeatSensors(int64_t tick, const std::function<bool(size_t 
   const bool all = tick == 0 || ++times_repeated_ > kOwnPartOnly;
   const auto parts = static_cast<int64_t>(sensors_parts_.size());
   for (int64_t part = 0; part < parts; ++part) {
+    // A part of which all modules have what they need is not sent again.
     if (!all && std::ranges::none_of(sensors_parts_[part], lacks)) continue;
     outbox_->Resend(sensors_, tick * parts + part, tick * parts + part);
   }

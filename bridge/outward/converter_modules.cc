@@ -34,6 +34,7 @@ std::vector<std::string> LinesOf(const std::string& text) {
 
 void Converter::OnActuator(const RunMessage& message, morphbus::actuator_t&& actuator) {
   const int module = message.module;
+  // A process that is none of the robot's modules has no joints to tell of.
   if (module < 0) return;
   const model::ModuleType& type = run_->TypeOf(module);
   // Sender, channel and type must agree.
@@ -118,6 +119,7 @@ void Converter::OnStatus(const RunMessage& message, morphbus::status_t&& status)
     }
   }
   for (size_t j = 0; j < type.joints.size() && j < status.joint_sign.size(); ++j) {
+    // The next joint values carry the sign, by which viewers turn them into the program's degrees.
     sign_[module][j] = status.joint_sign[j];
     // A joint without a convention has no sign to tell.
     if (status.joint_sign[j] == 0) continue;
@@ -192,6 +194,7 @@ void Converter::SendPrint(const morphbus::status_t& status, const morphbus::prin
                           int module) {
   const vm::PrintReport print = FromPrint(wire);
   const auto hash = static_cast<uint64_t>(status.header.program_hash);
+  // The message only says which text of the program's image it is.
   const ReportWords words = words_.Print(hash, run_->TypeOf(module).name, print);
   morphbus::Print out;
   SetTime(status.header.sim_time_us, out.mutable_timestamp());

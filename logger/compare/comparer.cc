@@ -37,6 +37,7 @@ class SliceReaders {
       reading_b = std::async(std::launch::async, [this, end_us] { b_->ReadUntil(end_us); });
     };
     int64_t begin_us = std::numeric_limits<int64_t>::min();
+    // While one stretch is compared the threads read the next one.
     read_until(ends.front());
     for (size_t i = 0; i < ends.size(); ++i) {
       reading_a.get();
@@ -239,6 +240,8 @@ class Comparer {
       Meter(&item).Add(a.times_us.front(), larger > 0.0 ? std::abs(in_a - in_b) / larger : 0.0);
     };
     const ItemNames gait{"(gait)", "", "", ""};
+    // The cycle and what joints do are known of every log; where the robot went and how it stood,
+    // only of one that has the simulated world.
     add(gait, Quantity::kCycle, "s", a.cycle_s, b.cycle_s);
     const auto names = [&](const FigurePair& figure) {
       return ItemNames{figure.pair->role, figure.label, a_.modules[figure.pair->a].name,

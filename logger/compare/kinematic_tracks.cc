@@ -107,6 +107,8 @@ JointSigns::JointSigns(const ModuleSeries& module, int joint) {
 
 int JointSigns::At(int64_t time_us) const {
   if (signs_.empty()) return 0;
+  // The first convention also holds for the time before it: how the joint is built in does not
+  // change.
   int sign = signs_.front().second;
   for (const auto& [since, value] : signs_) {
     if (since > time_us) break;
@@ -150,6 +152,7 @@ ScalarTrack StalenessTrack(const ModuleSeries& module) {
   ScalarTrack track;
   track.Reserve(module.transforms.size());
   for (const TransformSample& sample : module.transforms) {
+    // A module without a pose has none that could be stale.
     if (sample.has_pose) track.Add(sample.time_us, sample.pose_stale ? 1.0 : 0.0);
   }
   return track;
@@ -159,6 +162,7 @@ PoseTrack PropagatedTrack(const ModuleSeries& module, int link) {
   PoseTrack track;
   track.Reserve(module.transforms.size());
   for (const TransformSample& sample : module.transforms) {
+    // The label may name a link that the type does not have, as in a damaged log.
     if (!sample.has_pose || link >= static_cast<int>(sample.X_RL.size())) continue;
     track.Add(sample.time_us, ToPose(sample.X_RL[link]));
   }
@@ -188,6 +192,7 @@ Track<PoseDifference> Differences(const PoseTrack& a, const PoseTrack& b, const 
 }
 
 Eigen::Vector3d LinkCentre(const model::Link& link) {
+  // A link without a shape lies where its frame is.
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& point : link.hull) sum += point;
   return link.hull.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(link.hull.size()));
@@ -226,6 +231,7 @@ SimulatedPoses::SimulatedPoses(const RunLog& log, const SimulatedPoses* before)
 SimulatedPoses::Structure SimulatedPoses::BuildStructure(const WorldSample& sample) const {
   std::vector<std::pair<int, int>> bodies;
   for (const morphbus::body_pose_t& body : sample.bodies) {
+    // Messages name modules by number, and the model by place.
     bodies.emplace_back(ModelIndexOf(model_index_of_id_, body.module_id), body.link);
   }
   return bridge::PlacesInBodies<model::Pose>(

@@ -25,6 +25,7 @@ using Channels = std::map<std::pair<bridge::Topic, std::string>, Channel>;
 
 /// "m5/ACTUATOR" of "walk/m5/ACTUATOR".
 std::string WithoutRun(const std::string_view channel, const std::string_view run) {
+  // Two runs have unlike names, and the rest of their channels' names is the same.
   return std::string(channel.substr(run.size() + 1));
 }
 
@@ -50,6 +51,7 @@ Result<Channels> ReadChannels(const LogFacts& facts) {
   const Result<void> read =
       EachHashed(facts, [&](const bridge::RunMessage& message, const LogEvent& event) {
         const morphbus::header_t& header = message.header;
+        // The digest leaves out what a run's key makes of the bytes, for two runs have two keys.
         channels[{message.name.topic, WithoutRun(event.channel, message.name.run)}].try_emplace(
             header.sequence, Kept{header.tick, header.sim_time_us,
                                   bridge::MessageDigest(message.data, message.size)});
@@ -101,6 +103,7 @@ class ChannelComparison {
         Note(name, sequence, message);
       }
     }
+    // Of a log with gaps a further message of the other one may be what stood in a gap.
     if (!first_is_whole) return;
     for (const auto& [sequence, message] : second) {
       if (!first.contains(sequence)) Note(name, sequence, message);

@@ -90,6 +90,8 @@ std::vector<DeploymentFact> ProgramChanges::Deployments(int32_t tick_us) const {
 
 std::string ProgramChanges::WhoseIsForeign(uint64_t own,
                                            const std::vector<DeploymentFact>& deployments) const {
+  // A program is known from its deployment on, and not before: nothing could have brought it to the
+  // module.
   const auto known = [&](const Change& change) {
     return change.program_hash == own ||
            std::any_of(deployments.begin(), deployments.end(), [&](const DeploymentFact& fact) {

@@ -74,6 +74,7 @@ Recorder::~Recorder() = default;
 
 void Recorder::Start() {
   participant_->Start();
+  // Viewers that listen already get the description without asking.
   PublishInfo();
 }
 
@@ -134,6 +135,7 @@ void Recorder::PublishInfo() {
 
 void Recorder::EachSecond() {
   participant_->PublishHealth();
+  // A recorder that is killed then loses a second at most.
   if (auto flushed = writer_->Flush(); !flushed && error_.empty()) error_ = flushed.error().message;
 }
 
@@ -190,6 +192,7 @@ Recorder::Channels::value_type* Recorder::ChannelNamed(std::string_view name) {
 }
 
 Recorder::Channels::value_type* Recorder::ChannelOf(const bridge::LoggedMessage& message) {
+  // The index spares comparing names for the many messages of hashed channels.
   if (message.channel_index < 0) return ChannelNamed(message.channel);
   const auto index = static_cast<size_t>(message.channel_index);
   if (index >= by_index_.size()) by_index_.resize(index + 1, nullptr);
@@ -259,6 +262,8 @@ void Recorder::WriteNumbered(Channels::value_type* channel, int64_t sequence,
                              const std::vector<uint8_t>& payload, int64_t timestamp_us) {
   std::unique_ptr<ChannelStream>& numbers = channel->second.by_number;
   if (!numbers) numbers = std::make_unique<ChannelStream>();
+  // The run's hash is over the messages in order of their numbers, though they are written as they
+  // come.
   numbers->Take(sequence, payload);
   Write(channel, payload, timestamp_us, true);
 }

@@ -88,6 +88,7 @@ void ReplayDelivery::Mark(bool ended) {
 }
 
 void ReplayDelivery::Publish(const std::string& channel, std::span<const uint8_t> data) {
+  // Without followers nothing is kept, and the messages go out without marks.
   const bool followed = !followers_.empty() && IsFollowed(run_, channel, data.size());
   if (followed && !open_) {
     // A new batch, for all who follow now.
@@ -206,6 +207,7 @@ void ReplayFollower::Advance(int64_t now_us) {
 }
 
 void ReplayFollower::OnMessage(std::string_view channel, std::span<const uint8_t> data) {
+  // Messages count within a batch only; outside of one they are of a replay that others follow.
   if (IsFollowed(run_, channel, data.size())) {
     if (gathering_ < 0 || batch_.size() >= kMostGathered) return;
     sum_.Add(channel, data);
@@ -227,6 +229,7 @@ void ReplayFollower::OnMark(const morphbus::replay_batch_t& mark) {
     sum_ = BatchSum();
     return;
   }
+  // The answer to it may have been lost, so that it is given again.
   if (mark.batch <= done_) return Answer(mark.batch, true);
   // Count and hash tell whether the batch is all there.
   const bool whole = gathering_ == mark.batch && sum_.count() == mark.message_count &&

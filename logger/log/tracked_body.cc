@@ -58,6 +58,7 @@ TrackedBody Trunk(const model::Model& model, const model::Robot& robot) {
 }
 
 double TiltBetween(const Eigen::Quaterniond& q_0, const Eigen::Quaterniond& q) {
+  // Up is y in W.
   const Eigen::Vector3d up = (q * q_0.conjugate()) * Eigen::Vector3d::UnitY();
   return std::acos(std::clamp(up.y(), -1.0, 1.0));
 }

@@ -42,6 +42,7 @@ tl::unexpected<Error> CannotWrite(const std::string& path, int reason) {
 
 /// Permissions of a new file.
 mode_t NewFileMode() {
+  // The mask can only be read by setting it.
   const mode_t mask = umask(0);
   umask(mask);
   return 0666 & ~mask;
@@ -79,7 +80,10 @@ Result<std::unique_ptr<OutputFile>> OutputFile::Create(const std::string& path) 
     }
     mode = old.st_mode & 07777;
   }
+  // The temporary file lies beside the target, since only within one file system is a rename a
+  // single step.
   std::string temporary = *target + ".XXXXXX";
+  // A signal between making the file and noting its name would leave it behind.
   const SignalsBlocked blocked;
   const int fd = mkostemp(temporary.data(), O_CLOEXEC);
   const int reason = errno;
@@ -123,6 +127,7 @@ Result<void> OutputFile::Flush() {
 Result<void> OutputFile::Close() {
   Result<void> flushed = Flush();
   if (!flushed) return flushed;
+  // Descriptors that the process was started with are not its own to close.
   if (kind_ == Kind::kDescriptor || kind_ == Kind::kStdout) return {};
   // The bytes are on the disk before the name points to them: a crash leaves the old file or the
   // new.

@@ -12,6 +12,7 @@ namespace morphbus::tools {
 Result<bridge::ControlAnswer> GiveTo(const ControlledRun& run, bridge::Bus* bus,
                                      const bridge::ControlCommand& command,
                                      const std::function<bool()>& stop) {
+  // Tools share one name: the sim tells commands apart by their counters, and not by who gave them.
   const bridge::Sender sender = {run.entry.name, "TOOL", run.plan.description.model_hash(), 0};
   return bridge::GiveCommand(bus, bridge::MonotonicTime(), sender, run.key, command,
                              kControlPatienceUs, stop);
@@ -59,6 +60,7 @@ void Commander::Give(WaitingCommand command) {
 
 void Commander::Work() {
   while (true) {
+    // The lock is not held while a command is given, so that others can be put behind it meanwhile.
     WaitingCommand next;
     {
       std::unique_lock lock(mutex_);
@@ -75,9 +77,11 @@ void Commander::Work() {
 }
 
 Result<Json> Commander::Do(WaitingCommand given) {
+  // The run is found anew for each command: the one before may have ended since.
   const Result<std::shared_ptr<Way>> way = find_();
   if (!way) return tl::unexpected(way.error());
   const ControlledRun& run = (*way)->run;
+  // A deployment lacks its image until the run is known in whose folder that is laid.
   if (given.complete) {
     if (Result<void> whole = given.complete(run, &given.command); !whole) {
       return tl::unexpected(whole.error());

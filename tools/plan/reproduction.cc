@@ -17,6 +17,7 @@ namespace {
 Result<ControlScript> ScriptOf(const logger::RunLog& log) {
   Result<ControlScript> script = ParseScript(logger::CommandsText(log.facts));
   if (!script) return Fail("the log's commands: " + script.error().message);
+  // The files of programs may have changed since: what was deployed is taken from the log.
   for (const ScriptedCommand& scripted : script->commands) {
     if (scripted.command.kind != bridge::ControlKind::kDeploy) continue;
     const uint64_t hash = scripted.command.program_hash;
@@ -32,6 +33,7 @@ Result<ControlScript> ScriptOf(const logger::RunLog& log) {
 
 /// The tick after the last one that the log tells of.
 int64_t EndOf(const logger::LogFacts& facts) {
+  // A log that was cut ends with the last tick that it has.
   return facts.end_tick > 0 ? facts.end_tick : facts.ticks;
 }
 
@@ -60,6 +62,7 @@ Result<RunPlan> PlanAgain(const logger::RunLog& log) {
   proto::RunDescription& description = plan->description;
   description.set_seconds(static_cast<double>(EndOf(facts)) * description.tick_us() * 1e-6);
   if (!facts.end_reason.starts_with("finished")) description.set_end_reason(facts.end_reason);
+  // Name, pace and build are this run's own: they change none of the messages that are compared.
   description.clear_run();
   description.set_speed(0);
   description.set_build(Version());
