@@ -19,6 +19,7 @@ void ModuleOrders::Invoke(size_t module, const vm::InvokeRequest& request) {
 
 void ModuleOrders::AddTo(const std::vector<size_t>& members, morphbus::sensors_t* part) {
   part->requests.clear();
+  // SENSORS has room for a few invocations; those behind them wait for the next tick.
   while (!requests_.empty() && std::ranges::count(members, requests_.front().first) > 0 &&
          part->requests.size() < static_cast<size_t>(vm::kMaxRequests)) {
     const auto& [module, request] = requests_.front();

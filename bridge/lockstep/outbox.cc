@@ -34,6 +34,7 @@ Outbox::Streams::value_type& Outbox::StreamOf(const std::string& channel) {
 }
 
 Outbox::Streams::value_type& Outbox::StreamOf(Sending* channel) {
+  // A channel is looked up by name once only: a module sends on the same three in every tick.
   if (channel->stream_ == nullptr || channel->loads_ != loads_) {
     channel->stream_ = &StreamOf(channel->channel_);
     channel->loads_ = loads_;

@@ -23,11 +23,13 @@ void PackageDelivery::Deploy(size_t module, uint64_t id, const std::vector<uint8
                              int64_t from_tick) {
   MORPHBUS_CHECK(module < ids_.size());
   MORPHBUS_CHECK(!package.empty() && package.size() <= vm::kMaxPackageBytes);
+  // One delivery at a time: the pieces of an earlier package are not sent to their end.
   delivery_ = {module, id, package, from_tick};
 }
 
 void PackageDelivery::AddTo(const std::vector<size_t>& members, int64_t tick,
                             morphbus::sensors_t* part) {
+  // The message is used again from tick to tick and from part to part.
   part->pieces.clear();
   part->num_pieces = 0;
   if (!delivery_ || tick < delivery_->from_tick) return;

@@ -68,6 +68,7 @@ std::vector<ChannelTotal> ReceivedStreams::totals() const {
   for (const auto& [channel, stream] : streams_) {
     totals.push_back({channel, stream->count, stream->hash.Digest(), true});
   }
+  // Both sides of the comparison, and the run's hash, go by name.
   std::ranges::sort(totals, {}, &ChannelTotal::channel);
   return totals;
 }
@@ -77,8 +78,10 @@ std::string ReceivedStreams::FirstDifference(const std::string& prefix,
                                              bool realtime) const {
   for (const morphbus::topic_total_t& total : published) {
     const auto found = streams_.find(prefix + total.topic);
+    // What has not come yet may still be under way.
     if (found == streams_.end()) continue;
     const ReceivedStream& stream = *found->second;
+    // Hashes can be compared only where both are over the same messages in the same order.
     const bool comparable =
         stream.early.empty() && stream.count == total.count && (!realtime || stream.gapless);
     if (comparable && stream.hash.Digest() != static_cast<uint64_t>(total.chained_hash)) {

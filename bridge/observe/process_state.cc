@@ -12,11 +12,13 @@ std::optional<HeldState> InspectionCollector::Take(const morphbus::status_t& sta
   if (status.inspections.empty()) return std::nullopt;
   const morphbus::inspection_t& part = status.inspections.front();
   if (part.num_parts > kMostParts) return std::nullopt;
+  // All parts of an answer are of one tick, by which they are told from those of another answer.
   std::map<int, morphbus::inspection_t>& known = ticks_[status.header.tick];
   known.insert_or_assign(part.part, part);
   const bool whole = std::ssize(known) == part.num_parts;
   std::vector<morphbus::inspection_t> parts;
   for (const auto& [number, each] : known) parts.push_back(each);
+  // An answer of which a part was lost never becomes whole, and makes room for later ones.
   if (ticks_.size() > most_ticks_) ticks_.erase(ticks_.begin());
   return whole ? std::optional(JoinHeld(parts).value_or(HeldState())) : std::nullopt;
 }
@@ -28,6 +30,7 @@ void ProcessState::Take(morphbus::status_t&& message) {
     held_us = time_us;
   }
   constexpr size_t kKeptFaults = 8;
+  // Faults for which a STATUS had no room count, though nothing else is known of them.
   faults += std::ssize(message.faults) + message.faults_dropped;
   for (const morphbus::fault_t& fault : message.faults) {
     last_faults.emplace_back(time_us, fault);

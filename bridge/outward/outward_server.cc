@@ -231,6 +231,7 @@ class OutwardServer::Impl::Request : public std::enable_shared_from_this<Request
 
  private:
   void OnReadError(error_code error) {
+    // A client that is too slow to ask gets no answer, which it might be as slow to take.
     if (error == beast::error::timeout) return server_->hub_.Count("timeout");
     if (error == http::error::header_limit || error == http::error::buffer_overflow) {
       return Refuse(431, "too_large", "the request is too long");
@@ -249,6 +250,7 @@ class OutwardServer::Impl::Request : public std::enable_shared_from_this<Request
     const GateAnswer answer = JudgeRequest(head, server_->options_.gate);
     if (!answer.refused.empty()) return Refuse(answer.status, answer.refused, answer.reason);
     if (answer.status != 101) return Respond(200, answer.file->type, answer.file->bytes);
+    // Guests must not take the places of those who may control the run.
     const bool full = server_->hub_.num_guests() >= server_->options_.most_guests;
     if (full && !answer.has_token)
       return Refuse(503, "connections", "too many clients without the token");
@@ -295,6 +297,7 @@ class OutwardServer::Impl::Request : public std::enable_shared_from_this<Request
   void Drain() {
     stream_.async_read_some(asio::buffer(rest_),
                             [self = shared_from_this()](error_code error, size_t size) {
+                              // A client that sends without end is cut off after a mebibyte.
                               self->drained_ += size;
                               if (!error && self->drained_ < (size_t{1} << 20)) self->Drain();
                             });
@@ -341,6 +344,7 @@ void OutwardServer::Impl::Start(Catalogue catalogue) {
 }
 
 void OutwardServer::Impl::Stop() {
+  // The thread ends with the handler that it is in; what waits is never run.
   io_.stop();
   if (thread_.joinable()) thread_.join();
 }
@@ -383,6 +387,7 @@ void OutwardServer::Impl::Wake() {
   if (wake_posted_.exchange(true)) return;
   asio::post(io_, [this] {
     wake_posted_ = false;
+    // Writing may close a client and take it off the list, which therefore is copied first.
     std::vector<std::shared_ptr<Client>> writers;
     for (const auto& [id, client] : clients_) writers.push_back(client);
     for (const std::shared_ptr<Client>& client : writers) client->Write();

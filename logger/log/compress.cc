@@ -21,11 +21,13 @@ class FrameWriter {
  public:
   FrameWriter(LogBytes* bytes, const ByteSink& write)
       : bytes_(*bytes), write_(write), context_(ZSTD_createCCtx(), ZSTD_freeCCtx) {
+    // With a checksum a reader knows a damaged frame, and goes on at the next.
     ZSTD_CCtx_setParameter(context_.get(), ZSTD_c_checksumFlag, 1);
   }
 
   /// Writes log bytes [begin, end) as one frame.
   Result<void> Write(uint64_t begin, uint64_t end) {
+    // zstd then writes the size at the frame's beginning, where other programs look for it.
     ZSTD_CCtx_setPledgedSrcSize(context_.get(), end - begin);
     while (begin < end) {
       const size_t n =

@@ -16,6 +16,7 @@ std::string NoSuchRun(const std::string& path, const std::string& run,
 }
 
 std::string WhyNoRun(const std::string& path, const EventLogReader& reader) {
+  // An empty file is the commonest mistake, and has no finding.
   if (reader.file_size() == 0) return path + " is empty";
   // Of a compressed file that cannot be decompressed, the reason is in its first finding.
   const bool told = reader.compressed() && !reader.findings().empty();
@@ -26,6 +27,8 @@ std::optional<std::string> FindRun(EventLogReader* reader) {
   LogEvent event;
   while (reader->Next(&event)) {
     const std::optional<bridge::ChannelName> name = bridge::ParseChannel(event.channel);
+    // Only the description and CLOCK are certain to be of a run: other channels may be called so by
+    // chance.
     if (name && (name->topic == bridge::Topic::kInfo || name->topic == bridge::Topic::kClock)) {
       return std::string(name->run);
     }

@@ -11,6 +11,7 @@ bool TiltTrack::Wants(int64_t time_us) const {
 void TiltTrack::Take(const morphbus::world_t& world) {
   const int64_t time_us = world.header.sim_time_us;
   if (!Wants(time_us)) return;
+  // WORLD names a body by the link that stands for it.
   for (const morphbus::body_pose_t& pose : world.bodies) {
     if (pose.module_id != body_->link.module || pose.link != body_->link.link) continue;
     const double* q = pose.orientation_wxyz;

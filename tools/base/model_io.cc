@@ -39,6 +39,7 @@ std::string WhyNoneOf(const std::vector<std::string>& names, const std::string& 
 }
 
 Result<int> FindModule(const model::Robot& robot, const std::string& name) {
+  // Of a misspelt name the nearest is suggested.
   if (const std::optional<int> module = robot.FindModule(name)) return *module;
   return Fail(fmt::format("robot {} has no module '{}'{}", robot.name, name,
                           DidYouMean(name, NamesOf(robot.modules))));

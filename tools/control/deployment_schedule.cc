@@ -47,6 +47,7 @@ int64_t DeploymentSchedule::TicksToAll(const Order& order) const {
   if (!run_.realtime) return give + spread + kSpareTicks;
   // In real time messages are late or lost, and come again: a piece that is lost costs its hop
   // some ticks, and its module a round.
+  // With so many rounds the chance that any piece is lost in all of them is 1 % at most.
   const double loss = run_.loss;
   const double rounds =
       loss > 0 ? std::ceil(std::log(100.0 * static_cast<double>(give)) / -std::log(loss)) : 1;
@@ -61,6 +62,8 @@ DeploymentSchedule::Times DeploymentSchedule::Plan(const Order& order) const {
   // A program that has not gone out whole is withdrawn; one that has, waits.
   const int64_t waits_for = order.last_is_whole ? last_switch_tick_ : whole_switch_tick_;
   if (waits_for > order.tick && waits_for <= order.tick + to_all) times.from_tick = waits_for;
+  // All go over at the first tick that is not before the time. The quotient need not be exact: what
+  // lies a thousandth behind a tick is that tick.
   const auto tick_us = static_cast<double>(run_.tick_us);
   times.switch_tick = order.at ? static_cast<int64_t>(std::ceil(*order.at * 1e6 / tick_us - 1e-3))
                                : times.from_tick + to_all;

@@ -63,6 +63,7 @@ std::optional<vm::Cell> ArgumentCell(const vm::VerifiedProgram& program, vm::Val
       if (word.ends_with("deg") || word.ends_with("rad")) number = DegreesOf(word);
       return number ? std::optional(vm::Cell::Float(*number)) : std::nullopt;
     }
+    // Directions and axes travel as their places in the tables that compiler and VM share.
     case vm::ValueType::kDirection:
       return NamedCell(word, vm::kDirectionRows);
     case vm::ValueType::kAxis:

@@ -9,16 +9,20 @@ namespace morphbus::tools {
 FailureWatch::FailureWatch(const bridge::TimeSource* time) : time_(time) {}
 
 void FailureWatch::SimReported(const std::string& wrong) {
+  // The sim's report is the last word: a failure before it may only have followed from what it
+  // tells.
   sim_reported_ = true;
   if (!wrong.empty()) error_ = wrong;
 }
 
 void FailureWatch::LogClosed(const std::string& wrong) {
+  // What the logger found wrong counts only if the sim, which knows more of the run, does not tell.
   log_closed_ = true;
   log_wrong_ = wrong;
 }
 
 void FailureWatch::Interrupted() {
+  // A second interrupt gives no further time.
   if (!since_interrupted_) since_interrupted_.emplace(time_);
 }
 
@@ -42,6 +46,7 @@ bool FailureWatch::OnExit(const std::string& name, int status, const std::string
     Fail(what);
     return false;
   }
+  // A process that dies again and again would be started for ever.
   const int64_t now_us = time_ != nullptr ? time_->NowUs() : bridge::MonotonicTime().NowUs();
   if (exits_[name].TooMany(static_cast<double>(now_us) * 1e-6)) {
     Fail(fmt::format("{}, the third exit within {:.0f} s", what, ExitLimit::kSeconds));
@@ -70,6 +75,7 @@ void FailureWatch::OnTime() {
 }
 
 void FailureWatch::Fail(const std::string& error) {
+  // The first failure is the cause; those behind it mostly follow.
   if (error_.empty()) error_ = error;
 }
 

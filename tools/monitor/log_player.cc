@@ -33,6 +33,7 @@ bool LogPlayer::Peek() {
   if (event_.channel != clock_channel_) return true;
   const Result<bridge::RunMessage> clock =
       bridge::OpenMessage(event_.channel, event_.data.data(), event_.data.size());
+  // A damaged CLOCK may tell any time; time never goes back while a log plays.
   if (clock) {
     event_time_us_ = std::clamp(clock->header.sim_time_us, event_time_us_, index_->end_us);
   }

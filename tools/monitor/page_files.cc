@@ -62,6 +62,7 @@ Result<std::map<std::string, bridge::PageFile>> LoadPage(const std::string& fold
     files[path == "/index.html" ? "/" : path] = {TypeOf(it->path().extension().string()),
                                                  std::move(*content)};
   }
+  // A folder without the page itself is another folder, named by mistake.
   if (!files.contains("/")) return Fail("there is no page of the monitor in " + folder);
   return files;
 }

@@ -87,6 +87,7 @@ bool AddImage(const model::Model& model, bridge::ControlCommand* command, Contro
 }  // namespace
 
 void InsertInOrder(ScriptedCommand command, ControlScript* script) {
+  // Commands of one tick stay in the order in which they were given.
   const auto at = std::upper_bound(
       script->commands.begin(), script->commands.end(), command.tick,
       [](int64_t tick, const ScriptedCommand& other) { return tick < other.tick; });

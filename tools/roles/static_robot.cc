@@ -52,6 +52,8 @@ bool StaticRobot::Tick() {
     NoteFaults(module.get());
     module->report = now;
   }
+  // Only when all have computed the tick may any message change, or the order of modules would
+  // matter.
   for (const auto& module : modules_) module->last_message = module->output.message;
   ++ticks_;
   return changed;
@@ -106,6 +108,7 @@ void StaticRobot::NoteFaults(Module* module) const {
     }
     // Names of roles and joints come from the two images.
     std::string sentence = vm::FaultSentence(fault, {&program(), &module->instance->type()});
+    // A fault that comes in every tick is told once.
     const bool known =
         std::any_of(module->faults.begin(), module->faults.end(), [&](const NotedFault& had) {
           return had.fault.line == fault.line && had.fault.function == fault.function &&

@@ -46,6 +46,8 @@ std::optional<bridge::RunMessage> ChannelTable::Take(std::string_view channel, c
     TakeForeign(data, size, stream);
     return std::nullopt;
   }
+  // The key is that of one run, which the first message tells that it fits. From then on a message
+  // of that run which it does not fit counts as made up.
   if (!key_.open() && (run_.empty() || name->run == run_)) {
     if (key_.IsAuthentic(channel, data, size)) {
       run_ = name->run;
@@ -87,6 +89,7 @@ void ChannelTable::Snapshot(int64_t now_ns, SpySnapshot* out) const {
 }
 
 const std::vector<uint8_t>* ChannelTable::Last(std::string_view channel) const {
+  // Where the message was too much to be kept there is none, though something was heard.
   const Stream* stream = streams_.Find(channel);
   return stream == nullptr || (stream->last.empty() && stream->row.last_bytes > 0) ? nullptr
                                                                                    : &stream->last;

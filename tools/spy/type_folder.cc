@@ -26,6 +26,7 @@ Result<std::vector<std::string>> FilesBelow(const std::string& folder) {
   fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, error);
   for (; !error && it != fs::recursive_directory_iterator(); it.increment(error)) {
     if (it.depth() >= kDeepestFolder) it.disable_recursion_pending();
+    // A file that cannot be looked at is passed over, as no type of it was asked for.
     std::error_code unreadable;
     if (it->path().extension() != ".lcm" || !it->is_regular_file(unreadable)) continue;
     files.push_back(it->path().string());
