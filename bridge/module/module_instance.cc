@@ -4,22 +4,15 @@
 
 #include <cstdio>
 #include <utility>
+#include <vector>
 
 #include "bridge/lockstep/tick_inputs.h"
 #include "bridge/wire/channels.h"
 #include "compiler/base/check.h"
-#include "vm/image/kinematics_verifier.h"
-#include "vm/image/verifier.h"
 
 namespace morphbus::bridge {
 namespace {
 
-/// The verifier's verdict on an image.
-Result<void> ToResult(const std::string& name, const vm::VerifyError& error) {
-  if (error.message == nullptr) return {};
-  return Fail(name + " is not a usable image: at byte " + std::to_string(error.offset) + ": " +
-              error.message);
-}
 
 /// What the VM needs to know of the spec.
 vm::VmConfig ConfigOf(const ModuleSpec& spec) {
@@ -38,25 +31,6 @@ vm::VmConfig ConfigOf(const ModuleSpec& spec) {
 }
 
 }  // namespace
-
-Result<void> ModuleImages::AddProgram(const std::string& name, std::vector<uint8_t> bytes) {
-  // The bytes are kept first, because what the verifier makes points into them.
-  program_bytes_ = std::move(bytes);
-  const auto size = static_cast<uint32_t>(program_bytes_.size());
-  return ToResult(name, vm::Verifier::Verify(program_bytes_.data(), size, &program_));
-}
-
-Result<void> ModuleImages::AddKinematics(const std::string& name, std::vector<uint8_t> bytes) {
-  Kinematics& entry = kinematics_[name];
-  entry.bytes = std::move(bytes);
-  const auto size = static_cast<uint32_t>(entry.bytes.size());
-  return ToResult(name, vm::VerifyKinematics(entry.bytes.data(), size, &entry.verified));
-}
-
-const vm::VerifiedKinematics* ModuleImages::FindKinematics(const std::string& name) const {
-  const auto found = kinematics_.find(name);
-  return found == kinematics_.end() ? nullptr : &found->second.verified;
-}
 
 Result<std::unique_ptr<ModuleInstance>> ModuleInstance::Create(const ModuleImages& images,
                                                                ModuleSpec spec) {

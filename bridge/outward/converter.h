@@ -15,12 +15,12 @@
 #include <string_view>
 #include <vector>
 
-#include "bridge/observe/program_words.h"
+#include "bridge/description/link_places.h"
+#include "bridge/description/program_words.h"
 #include "bridge/observe/run_clock.h"
 #include "bridge/observe/run_listener.h"
 #include "bridge/observe/run_message.h"
 #include "bridge/outward/foxglove.pb.h"
-#include "bridge/outward/link_places.h"
 #include "bridge/outward/monitor.pb.h"
 #include "bridge/outward/run_model.h"
 #include "bridge/outward/topics.h"

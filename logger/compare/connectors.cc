@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "bridge/outward/link_places.h"
+#include "bridge/description/link_places.h"
 
 namespace morphbus::logger {
 namespace {

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "bridge/outward/link_places.h"
+#include "bridge/description/link_places.h"
 #include "compiler/model/robot_model.h"
 #include "logger/log/run_log.h"
 #include "vm/image/pose.h"

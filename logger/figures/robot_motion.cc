@@ -7,7 +7,7 @@
 #include <optional>
 #include <tuple>
 
-#include "bridge/outward/link_places.h"
+#include "bridge/description/link_places.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/link_mass.h"
 #include "logger/log/run_log.h"

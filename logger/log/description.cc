@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
+#include "bridge/description/program_words.h"
 #include "bridge/module/module_instance.h"
 #include "bridge/observe/description_finder.h"
-#include "bridge/observe/program_words.h"
 #include "compiler/model/model_proto.h"
 #include "compiler/model/run_description.pb.h"
 #include "compiler/world/world_proto.h"

@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "bridge/description/program_words.h"
 #include "bridge/observe/description_finder.h"
 #include "bridge/observe/gap_counter.h"
-#include "bridge/observe/program_words.h"
 #include "bridge/observe/run_clock.h"
 #include "bridge/observe/run_listener.h"
 #include "bridge/wire/channels.h"

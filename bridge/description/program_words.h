@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "bridge/module/module_instance.h"
+#include "bridge/module/module_images.h"
 #include "vm/image/fault_text.h"
 #include "vm/module_api.h"
 

@@ -1,4 +1,4 @@
-#include "bridge/outward/link_places.h"
+#include "bridge/description/link_places.h"
 
 #include <algorithm>
 #include <deque>

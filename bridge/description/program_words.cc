@@ -1,4 +1,4 @@
-#include "bridge/observe/program_words.h"
+#include "bridge/description/program_words.h"
 
 #include <utility>
 
