@@ -1,22 +1,15 @@
 #include "bridge/description/program_words.h"
 
-#include <utility>
-
 #include "vm/image/print_line.h"
 
 namespace morphbus::bridge {
 
-ProgramWords::ProgramWords(const ModuleImages* images, bool has_program, uint64_t program_hash,
-                           std::string file)
-    : images_(images),
-      program_(has_program ? &images->program() : nullptr),
-      program_hash_(program_hash),
-      file_(std::move(file)) {}
-
 const vm::VerifiedProgram* ProgramWords::Find(uint64_t hash, std::string* file) {
   // The run's own program is the one of nearly all reports; its file is called as it was given.
-  if (hash == program_hash_) *file = file_;
-  if (program_ != nullptr && program_->hash() == hash) return program_;
+  if (run_ != nullptr && hash == run_->program_hash) *file = run_->program_file;
+  if (run_ != nullptr && run_->has_program && run_->images.program().hash() == hash) {
+    return &run_->images.program();
+  }
   // Any other program was deployed during the run. Its image is verified once, also if it is bad.
   const auto image = deployed_.find(hash);
   if (image == deployed_.end()) return nullptr;
@@ -39,7 +32,7 @@ ReportWords ProgramWords::Fault(uint64_t program_hash, const std::string& type,
                                 const vm::Fault& fault) {
   ReportWords words;
   // A fault has a sentence also where the program is unknown: names are then numbers.
-  const vm::FaultContext context{Find(program_hash, &words.file), images_->FindKinematics(type)};
+  const vm::FaultContext context{Find(program_hash, &words.file), FindKinematics(type)};
   words.text = vm::FaultSentence(fault, context);
   words.function = vm::FaultFunction(fault, context.program);
   words.task = vm::FaultTask(fault, context.program);
@@ -55,8 +48,8 @@ ReportWords ProgramWords::Print(uint64_t program_hash, const std::string& type,
     words.text = "text " + std::to_string(print.text) + " of a program that is not known here";
     return words;
   }
-  words.text = vm::PrintText(*program, images_->FindKinematics(type), print.text, print.values,
-                             print.num_values);
+  words.text =
+      vm::PrintText(*program, FindKinematics(type), print.text, print.values, print.num_values);
   return words;
 }
 

@@ -5,8 +5,9 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 
-#include "bridge/module/module_images.h"
+#include "bridge/description/run_model.h"
 #include "vm/image/fault_text.h"
 #include "vm/module_api.h"
 
@@ -24,10 +25,8 @@ struct ReportWords {
 /// deployed while it ran. A copy knows what the original does.
 class ProgramWords {
  public:
-  /// `images` has the kinematics of the module types, and its program if `has_program`; it outlives
-  /// this. `program_hash` and `file` are those of the description.
-  ProgramWords(const ModuleImages* images, bool has_program, uint64_t program_hash,
-               std::string file);
+  /// Of the run that this describes; null: without a description there are numbers for names.
+  explicit ProgramWords(std::shared_ptr<const RunModel> run) : run_(std::move(run)) {}
 
   /// Images that were deployed, by hash, as SENSORS handed them over. They are verified when
   /// they are first asked for.
@@ -41,10 +40,12 @@ class ProgramWords {
   /// The program with this hash; null if it is not known. `file` is set to its source.
   const vm::VerifiedProgram* Find(uint64_t hash, std::string* file);
 
-  const ModuleImages* images_;
-  const vm::VerifiedProgram* program_;
-  uint64_t program_hash_;
-  std::string file_;
+  /// What the type has; null if it is not known.
+  [[nodiscard]] const vm::VerifiedKinematics* FindKinematics(const std::string& type) const {
+    return run_ == nullptr ? nullptr : run_->images.FindKinematics(type);
+  }
+
+  std::shared_ptr<const RunModel> run_;
   std::map<uint64_t, std::string> deployed_;
   /// Those that were asked for; null where the verifier refused the image.
   std::map<uint64_t, std::shared_ptr<const ModuleImages>> verified_;

@@ -13,7 +13,6 @@
 namespace morphbus::bridge {
 namespace {
 
-
 /// What the VM needs to know of the spec.
 vm::VmConfig ConfigOf(const ModuleSpec& spec) {
   vm::VmConfig config;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "bridge/module/program_roles.h"
 #include "bridge/outward/scene.h"
 #include "compiler/base/text.h"
 
@@ -63,7 +64,8 @@ Converter::Converter(std::shared_ptr<const RunModel> run, std::string source, Pr
       source_(std::move(source)),
       text_(std::move(text)),
       listener_(run_->run, run_->model_hash, NamesOf(*run_->robot)),
-      words_(&run_->images, run_->has_program, run_->program_hash, run_->program_file) {
+      words_(run_) {
+  if (run_->has_program) colors_.Add(PlayableRoles(run_->images.program()));
   // Until messages say otherwise, the robot is where and as its model declares it.
   X_WR_ = StandingOnGround(*run_);
   dockings_ = DeclaredDockings(run_->model, *run_->robot);
@@ -101,7 +103,7 @@ void Converter::Send(OutwardTopic topic, int64_t time_us,
 void Converter::Begin(const OutwardSink& sink) {
   sink_ = &sink;
   // The program's text is added here, since only the source knows where to find it.
-  morphbus::Description description = *run_->description;
+  morphbus::Description description = DescriptionOf(*run_, colors_);
   if (text_) description.set_program_text(text_(run_->program_hash, run_->program_file));
   Send(OutwardTopic::kDescription, 0, description);
   Send(OutwardTopic::kScene, 0, SceneOf(source_, *run_));
@@ -332,10 +334,9 @@ void Converter::SendWorld() {
     return PoseOf(body.position_m, body.orientation_wxyz) * place.X_BL;
   };
   // R goes with the root, unless the root has a sensor: then R stays where it was at the start.
-  const int root = run_->root_module;
-  if (!run_->root_sensor && places_[root][run_->root_link].body >= 0) {
-    X_WR_ =
-        X_WL(root, run_->root_link) * Inverse(ToLinkPose(run_->X_RL_start[root][run_->root_link]));
+  const auto [root, link] = run_->root;
+  if (!run_->root_sensor && places_[root][link].body >= 0) {
+    X_WR_ = X_WL(root, link) * Inverse(ToLinkPose(run_->X_RL_start[root][link]));
   }
   if (!*sink_) return;
   // All links of a tick in one message, so that no viewer sees half a robot moved.

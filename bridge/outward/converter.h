@@ -17,15 +17,16 @@
 
 #include "bridge/description/link_places.h"
 #include "bridge/description/program_words.h"
+#include "bridge/description/run_model.h"
 #include "bridge/observe/run_clock.h"
 #include "bridge/observe/run_listener.h"
 #include "bridge/observe/run_message.h"
 #include "bridge/outward/foxglove.pb.h"
 #include "bridge/outward/monitor.pb.h"
-#include "bridge/outward/run_model.h"
 #include "bridge/outward/topics.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/deployed_images.h"
+#include "compiler/base/role_colors.h"
 
 namespace morphbus::bridge {
 
@@ -48,7 +49,7 @@ void SetTime(int64_t time_us, google::protobuf::Timestamp* out);
 /// where the original was, so that a log can be played from a place in its middle.
 class Converter : private RunMessageHandler {
  public:
-  /// `source` begins all names of topics and frames. `text` may be null.
+  /// `run` has its robot. `source` begins all names of topics and frames. `text` may be null.
   Converter(std::shared_ptr<const RunModel> run, std::string source, ProgramText text);
 
   /// Sends what is known before the first message: description and scene.
@@ -136,6 +137,7 @@ class Converter : private RunMessageHandler {
   std::shared_ptr<const RunModel> run_;
   std::string source_;
   ProgramText text_;
+  RoleColors colors_;                                                 ///< Of the program's roles.
   std::vector<std::vector<std::string>> frames_, propagated_frames_;  ///< [module][link].
 
   RunListener listener_;

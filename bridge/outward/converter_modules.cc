@@ -98,7 +98,7 @@ void Converter::OnStatus(const RunMessage& message, morphbus::status_t&& status)
   // Texts come from the bus, and may hold anything.
   state.set_module(run_->robot->modules[module].name);
   state.set_role(EscapeControl(status.role_name));
-  state.set_color(CssColor(run_->colors.Of(status.role_name)));
+  state.set_color(CssColor(colors_.Of(status.role_name)));
   state.set_frozen(status.frozen);
   state.set_has_pose(status.has_pose);
   state.set_pose_stale(status.pose_stale);

@@ -1,6 +1,5 @@
 #include "bridge/outward/scene.h"
 
-#include "compiler/base/role_colors.h"
 #include "compiler/model/convex_hull.h"
 #include "compiler/world/obstacle.h"
 

@@ -1,13 +1,19 @@
 #pragma once
-// A robot as shapes: the hull of each link as triangles in the colour of its module; and what
-// stands beside it.
+// What never changes of a run, for viewers: what ran; and the robot as shapes, the hull of each
+// link as triangles in the colour of its module, with what stands beside it.
 
 #include <string>
 
+#include "bridge/description/run_model.h"
 #include "bridge/outward/foxglove.pb.h"
-#include "bridge/outward/run_model.h"
+#include "bridge/outward/monitor.pb.h"
+#include "compiler/base/role_colors.h"
 
 namespace morphbus::bridge {
+
+/// What ran (in all functions a run with its robot), but for the program's text; its roles have
+/// these colours.
+morphbus::Description DescriptionOf(const RunModel& run, const RoleColors& colors);
 
 /// Name of a link's frame: "walk/m1/active_block". `prefix` is the source's name with what stands
 /// before the module: "walk" or "walk/propagated".

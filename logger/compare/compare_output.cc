@@ -123,7 +123,7 @@ nlohmann::json AlignmentJson(const Alignment& alignment) {
 nlohmann::json LogJson(const LogFacts& log) {
   return {{"path", log.path},
           {"run", log.run},
-          {"robot", log.robot},
+          {"robot", log.robot_name},
           {"program", log.program_file},
           {"hash", log.run_hash},
           {"seconds", log.seconds},
@@ -391,7 +391,8 @@ std::string ComparisonText(const Comparison& comparison, bool all) {
   AddLine(&text, "{}: {}", VerdictName(comparison.verdict), comparison.reason);
   for (const auto& [log, which] : {std::pair(&comparison.a, "A"), std::pair(&comparison.b, "B")}) {
     AddLine(&text, "  {} = {} (run {}, robot {}, {:.3f} s)", which, log->path,
-            log->run.empty() ? "?" : log->run, log->robot.empty() ? "?" : log->robot, log->seconds);
+            log->run.empty() ? "?" : log->run, log->robot_name.empty() ? "?" : log->robot_name,
+            log->seconds);
   }
   // Notes and gaps come before the figures, which they may put in doubt.
   for (const std::string& note : comparison.notes) AddLine(&text, "  note: {}", note);

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "bridge/description/link_places.h"
+#include "bridge/description/run_model.h"
 
 namespace morphbus::logger {
 namespace {
@@ -112,7 +113,8 @@ CountTrack UnsharedCommands(const RunLog& a, const RunLog& b, const ModulePair& 
 }
 
 DockingComparer::DockingComparer(const RunLog& a, const RunLog& b, const Matching& matching)
-    : a_{&a, RestPosesOf(a), ModelIndices(a), {}}, b_{&b, RestPosesOf(b), ModelIndices(b), {}} {
+    : a_{&a, a.described->X_RL_start, ModelIndices(a), {}},
+      b_{&b, b.described->X_RL_start, ModelIndices(b), {}} {
   for (int i = 0; i < static_cast<int>(matching.pairs.size()); ++i) {
     a_.pair_of_id[a.modules[matching.pairs[i].a].id] = i;
     b_.pair_of_id[b.modules[matching.pairs[i].b].id] = i;

@@ -50,7 +50,7 @@ class DockingComparer {
   /// what module ids stand for.
   struct Side {
     const RunLog* log = nullptr;
-    RestPoses X_RL;
+    const RestPoses& X_RL;
     std::map<int, int> model_index_of_id;
     /// By SENSORS' module id: index into Matching::pairs; without modules that have no counterpart.
     std::map<int, int> pair_of_id;

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <morphbus/label_t.hpp>
 
-#include "compiler/model/forward_kinematics.h"
-
 namespace morphbus::logger {
 namespace {
 
@@ -22,25 +20,6 @@ ScalarTrack SensorTrack(const ModuleSeries& module, int joint, const JointSigns&
               signs.At(sample.time_us) * static_cast<double>((sample.*values)[joint]));
   }
   return track;
-}
-
-/// What was sensed to be docked at `time_us`, by model index; as the robot declares it if nothing
-/// was sensed. A module's sample at that time or, if that is missing, its next one counts.
-bridge::Dockings DockingsAt(const RunLog& log, const std::map<int, int>& model_index_of_id,
-                            int64_t time_us) {
-  bridge::Dockings dockings(log.robot->modules.size());
-  bool sensed = false;
-  const auto earlier = [](const SensorSample& s, int64_t time) { return s.time_us < time; };
-  for (const ModuleSeries& module : log.modules) {
-    const auto at =
-        std::lower_bound(module.sensors.begin(), module.sensors.end(), time_us, earlier);
-    if (module.model_index < 0 || at == module.sensors.end()) continue;
-    sensed = true;
-    for (const morphbus::docked_connector_t& docked : at->docked) {
-      dockings[module.model_index].push_back(WithModelIndex(model_index_of_id, docked));
-    }
-  }
-  return sensed ? dockings : bridge::DeclaredDockings(*log.model, *log.robot);
 }
 
 /// Angle of the rotation from b to a in radians, 0…π. The arc tangent keeps small angles exact,
@@ -167,10 +146,6 @@ PoseTrack PropagatedTrack(const ModuleSeries& module, int link) {
     track.Add(sample.time_us, ToPose(sample.X_RL[link]));
   }
   return track;
-}
-
-RestPoses RestPosesOf(const RunLog& log) {
-  return model::ForwardKinematics(*log.model, *log.robot, model::StartValues(*log.robot)).X_RL;
 }
 
 Track<PoseDifference> Differences(const PoseTrack& a, const PoseTrack& b, const model::Pose& rest_a,

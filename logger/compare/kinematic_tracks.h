@@ -122,8 +122,6 @@ PoseTrack PropagatedTrack(const ModuleSeries& module, int link);
 
 /// X_RL of every link at rest, by model index of the module, then link.
 using RestPoses = std::vector<std::vector<model::Pose>>;
-/// These poses for a log with a model, computed from the robot's start values.
-RestPoses RestPosesOf(const RunLog& log);
 
 /// How far two links are from each other at one time.
 struct PoseDifference {

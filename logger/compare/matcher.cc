@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "bridge/description/run_model.h"
 #include "compiler/model/forward_kinematics.h"
 
 namespace morphbus::logger {
@@ -19,7 +20,7 @@ constexpr double kTieM = 1e-6;
 /// One log with what matching needs of it: the poses X_RL of all its links at rest.
 struct Side {
   const RunLog& log;
-  RestPoses X_RL = RestPosesOf(log);
+  const RestPoses& X_RL = log.described->X_RL_start;
 };
 
 /// A module of one log, its type, and where its parts lie in the robot frame at rest (m).

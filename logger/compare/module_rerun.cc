@@ -14,14 +14,15 @@
 #include <optional>
 #include <vector>
 
+#include "bridge/description/run_model.h"
 #include "bridge/lockstep/tick_inputs.h"
-#include "bridge/module/module_instance.h"
+#include "bridge/module/vm_controller.h"
 #include "bridge/observe/run_message.h"
 #include "bridge/wire/codec.h"
 #include "bridge/wire/vm_codec.h"
 #include "logger/compare/kinematic_tracks.h"
-#include "logger/log/description.h"
 #include "logger/log/event_log.h"
+#include "logger/log/run_log.h"
 #include "vm/run/stepping.h"
 
 namespace morphbus::logger {
@@ -60,18 +61,21 @@ class StepShower final : public vm::StepObserver {
 };
 
 /// One module, fed with a log's messages.
-class Rerun {
+class Rerun : private bridge::RunMessageHandler {
  public:
   Rerun(const RunLog& log, const ModuleSeries& module, const RerunVisitors& visitors,
         int64_t last_tick)
-      : log_(log), module_(module), visitors_(visitors), last_tick_(last_tick) {}
+      : log_(log),
+        described_(*log.described),
+        module_(module),
+        visitors_(visitors),
+        last_tick_(last_tick) {}
 
   /// Finds the images; fails if the log lacks one.
   Result<void> Prepare() {
     const std::string& type = log_.model->TypeOf(*log_.robot, module_.model_index).name;
-    Result<void> loaded = LoadImages(log_.description, &images_);
-    if (!loaded) return loaded;
-    kinematics_ = images_.FindKinematics(type);
+    if (!described_.images_problem.empty()) return Fail(described_.images_problem);
+    kinematics_ = described_.images.FindKinematics(type);
     if (kinematics_ == nullptr) return Fail("the log has no kinematics image of " + type);
     return {};
   }
@@ -107,29 +111,29 @@ class Rerun {
     if (!message || message->name.run != log_.facts.run) return;
     const Topic topic = message->name.topic;
     const int64_t tick = message->header.tick;
-    const bool own = message->name.process == module_.name;
     // After END nothing is missing that could still have been written.
     if (topic == Topic::kEnd) newest_said_ = std::numeric_limits<int64_t>::max();
-    if (topic == Topic::kTransform && !own) return TakeNeighbour(*message);
-    if ((topic != Topic::kSensors && !own) || tick < next_tick_) return;
-    if (topic == Topic::kSensors) return TakeSensors(*message);
-    newest_tick_ = std::max(newest_tick_, tick);
-    newest_said_ = std::max(newest_said_, tick);
-    const MessageBytes bytes(message->data, message->data + message->size);
-    if (topic == Topic::kTransform) TakeOwnTransform(tick, bytes);
-    if (topic == Topic::kActuator) TakeActuator(tick, bytes);
-    if (topic == Topic::kStatus) {
-      // Sent again, it is the same.
-      std::vector<MessageBytes>& known = ticks_[tick].status;
-      if (std::find(known.begin(), known.end(), bytes) == known.end()) known.push_back(bytes);
+    if (!IsOwn(*message)) {
+      const bool wanted = topic == Topic::kSensors     ? tick >= next_tick_
+                          : topic == Topic::kTransform ? tick >= next_tick_ - kOldestUsefulTicks
+                                                       : false;
+      if (wanted) bridge::ReadMessage(*message, this);
+    } else if (tick >= next_tick_) {
+      newest_tick_ = std::max(newest_tick_, tick);
+      newest_said_ = std::max(newest_said_, tick);
+      bridge::ReadMessage(*message, this);
     }
   }
 
+  [[nodiscard]] bool IsOwn(const bridge::RunMessage& message) const {
+    return message.name.process == module_.name;
+  }
+  static MessageBytes BytesOf(const bridge::RunMessage& message) {
+    return {message.data, message.data + message.size};
+  }
+
   /// The module's own reading, and what was asked of it with it.
-  void TakeSensors(const bridge::RunMessage& message) {
-    const auto decoded = bridge::DecodeAs<morphbus::sensors_t>(message);
-    if (!decoded) return;
-    const morphbus::sensors_t& sensors = *decoded;
+  void OnSensors(const bridge::RunMessage& /*message*/, morphbus::sensors_t&& sensors) override {
     newest_tick_ = std::max(newest_tick_, sensors.header.tick);
     for (const morphbus::module_sensors_t& reading : sensors.modules) {
       if (reading.name != module_.name) continue;
@@ -160,29 +164,30 @@ class Rerun {
     }
   }
 
-  /// Another module's TRANSFORM, as bytes: few of them are ever read.
-  void TakeNeighbour(const bridge::RunMessage& message) {
+  /// The module's own TRANSFORM, or another's, which it may have heard.
+  void OnTransform(const bridge::RunMessage& message, morphbus::transform_t&& transform) override {
     const int64_t tick = message.header.tick;
-    const auto transform = bridge::DecodeAs<morphbus::transform_t>(message);
-    if (!transform || tick < next_tick_ - kOldestUsefulTicks) return;
-    // As long as others are heard the log goes on, and lacks what a lost module does not say.
-    newest_said_ = std::max(newest_said_, tick);
-    heard_[static_cast<uint16_t>(transform->module_id)].insert_or_assign(
-        tick, MessageBytes(message.data, message.data + message.size));
+    if (!IsOwn(message)) {
+      // As long as others are heard the log goes on, and lacks what a lost module does not say.
+      newest_said_ = std::max(newest_said_, tick);
+      heard_[static_cast<uint16_t>(transform.module_id)].insert_or_assign(tick,
+                                                                          std::move(transform));
+      return;
+    }
+    ticks_[tick].transform = BytesOf(message);
+    ticks_[tick].incarnation = static_cast<uint32_t>(transform.incarnation);
   }
 
-  void TakeOwnTransform(int64_t tick, const MessageBytes& bytes) {
-    const auto transform = bridge::DecodeAs<morphbus::transform_t>(bytes);
-    if (!transform) return;
-    ticks_[tick].transform = bytes;
-    ticks_[tick].incarnation = static_cast<uint32_t>(transform->incarnation);
+  void OnActuator(const bridge::RunMessage& message, morphbus::actuator_t&& actuator) override {
+    ticks_[message.header.tick].actuator = BytesOf(message);
+    ticks_[message.header.tick].status_count = actuator.status_count;
   }
 
-  void TakeActuator(int64_t tick, const MessageBytes& bytes) {
-    const auto actuator = bridge::DecodeAs<morphbus::actuator_t>(bytes);
-    if (!actuator) return;
-    ticks_[tick].actuator = bytes;
-    ticks_[tick].status_count = actuator->status_count;
+  void OnStatus(const bridge::RunMessage& message, morphbus::status_t&& /*status*/) override {
+    // Sent again, it is the same.
+    std::vector<MessageBytes>& known = ticks_[message.header.tick].status;
+    const MessageBytes bytes = BytesOf(message);
+    if (std::find(known.begin(), known.end(), bytes) == known.end()) known.push_back(bytes);
   }
 
   /// Whether all STATUS of a tick have come. A module that begins anew counts anew.
@@ -233,13 +238,11 @@ class Rerun {
     for (int c = 0; c < kinematics_->num_connectors(); ++c) {
       const vm::ConnectorReading& connector = at->input->connectors[c];
       at->input->messages[c] = nullptr;
-      const MessageBytes* said =
+      const morphbus::transform_t* said =
           IsMate(connector) ? HeardFrom(connector.mate_module, tick - 1) : nullptr;
-      const auto transform =
-          said == nullptr ? std::nullopt : bridge::DecodeAs<morphbus::transform_t>(*said);
-      if (!transform) continue;
+      if (said == nullptr) continue;
       messages.push_back(std::make_unique<vm::NeighbourMessage>());
-      bridge::FromTransform(*transform, messages.back().get());
+      bridge::FromTransform(*said, messages.back().get());
       at->input->messages[c] = messages.back().get();
     }
     // As in the run, pieces of programs are taken before the tick that they came with.
@@ -268,11 +271,11 @@ class Rerun {
     config_.random_seed = log_.facts.random_seed;
     config_.grace_ticks = realtime() ? kOldestUsefulTicks : 0;
     config_.is_root = module_.name == log_.facts.root_module;
-    // Only the robot's own root module says which of its links is meant.
-    const int link = module_.model_index == log_.robot->root_module ? log_.robot->root_link : 0;
+    const int link = bridge::RootLinkOf(*log_.robot, module_.model_index).link;
     config_.root_link = static_cast<uint8_t>(link);
-    config_.X_RL_root = ToVmPose(RestPosesOf(log_)[module_.model_index][link]);
-    controller_ = std::make_unique<bridge::VmController>(config_, *kinematics_, images_.program());
+    config_.X_RL_root = ToVmPose(described_.X_RL_start[module_.model_index][link]);
+    controller_ =
+        std::make_unique<bridge::VmController>(config_, *kinematics_, described_.images.program());
   }
 
   /// What the module says now, beside what it said then.
@@ -293,9 +296,7 @@ class Rerun {
     morphbus::actuator_t actuator;
     bridge::ToActuator(*output_, module_id_, kinematics_->num_joints(), 0, &actuator);
     // How many STATUS there were only the process knew.
-    if (const auto logged = bridge::DecodeAs<morphbus::actuator_t>(at.actuator)) {
-      actuator.status_count = logged->status_count;
-    }
+    actuator.status_count = at.status_count;
     Show(Topic::kActuator, tick, at.actuator, &actuator);
   }
 
@@ -329,7 +330,7 @@ class Rerun {
   }
 
   /// What a neighbour said at `tick`; in real time an older message will do.
-  [[nodiscard]] const MessageBytes* HeardFrom(uint16_t mate, int64_t tick) const {
+  [[nodiscard]] const morphbus::transform_t* HeardFrom(uint16_t mate, int64_t tick) const {
     const auto messages = heard_.find(mate);
     if (messages == heard_.end()) return nullptr;
     const int64_t oldest = realtime() ? tick - kOldestUsefulTicks + 1 : tick;
@@ -341,10 +342,10 @@ class Rerun {
   }
 
   const RunLog& log_;
+  const bridge::RunModel& described_;
   const ModuleSeries& module_;
   const RerunVisitors& visitors_;
   const int64_t last_tick_;
-  bridge::ModuleImages images_;
   const vm::VerifiedKinematics* kinematics_ = nullptr;
   std::unique_ptr<bridge::VmController> controller_;
   vm::VmConfig config_;
@@ -357,7 +358,7 @@ class Rerun {
   int64_t next_tick_ = 0, newest_tick_ = -1, newest_said_ = -1;
   int64_t status_count_ = 0;  ///< By the last tick that was computed.
   /// TRANSFORM of other modules, by their number and tick.
-  std::map<uint16_t, std::map<int64_t, MessageBytes>> heard_;
+  std::map<uint16_t, std::map<int64_t, morphbus::transform_t>> heard_;
   RerunSummary summary_;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bridge/description/run_model.h"
 #include "compiler/base/check.h"
 
 namespace morphbus::logger {
@@ -66,8 +67,8 @@ PairComparer::PairComparer(const RunLog& a, const RunLog& b, const RunLog& own_b
       by_ticks_(out->alignment.by_ticks),
       tick_us_(std::max(a.tick_us, b.tick_us)),
       first_item_(out->items.size()),
-      rest_a_(RestPosesOf(a)),
-      rest_b_(RestPosesOf(b)),
+      rest_a_(a.described->X_RL_start),
+      rest_b_(b.described->X_RL_start),
       dockings_(a, b, out->matching) {
   // What the options leave out, by what is judged, and whether one root spoke.
   for (const QuantityGroup& group : QuantityGroups()) {

@@ -201,7 +201,7 @@ class PairComparer {
   /// When each pair's role was taken in B, in B's own time (µs).
   std::map<const ModulePair*, int64_t> own_taken_b_;
   /// X_RL of all links at rest, in A and in B.
-  RestPoses rest_a_, rest_b_;
+  const RestPoses &rest_a_, &rest_b_;
   /// Of this stretch.
   std::unique_ptr<SimulatedPoses> simulated_a_, simulated_b_;
   DockingComparer dockings_;

@@ -7,8 +7,7 @@
 #include <optional>
 #include <tuple>
 
-#include "bridge/description/link_places.h"
-#include "compiler/model/forward_kinematics.h"
+#include "bridge/description/run_model.h"
 #include "compiler/model/link_mass.h"
 #include "logger/log/run_log.h"
 #include "logger/log/tracked_body.h"
@@ -43,8 +42,8 @@ void FillIn(std::vector<double>* row) {
 /// Gathers the motion of one log.
 class MotionGatherer {
  public:
-  /// `log` outlives the gatherer; `root` is the link that stands for the root.
-  MotionGatherer(const RunLog& log, model::LinkRef root);
+  /// `log` outlives the gatherer.
+  explicit MotionGatherer(const RunLog& log);
   RobotMotion Gather();
 
  private:
@@ -75,8 +74,6 @@ class MotionGatherer {
   /// Places the robot of a tick, by the bodies of WORLD.
   void Place(const WorldSample& world);
   void NoteLoads(const std::vector<morphbus::contact_force_t>& contacts);
-  /// What was sensed to be docked by then; of a module that had sensed nothing, as it is declared.
-  [[nodiscard]] bridge::Dockings DockingsBy(int64_t time_us) const;
   /// Finds which links the bodies carry, and what they weigh.
   void LayOut(const std::vector<BodyName>& bodies, int64_t time_us);
   [[nodiscard]] std::string NameOfLink(int module, int link) const;
@@ -103,7 +100,7 @@ class MotionGatherer {
   std::map<std::pair<int, int>, LinkLoad> loads_;
 };
 
-MotionGatherer::MotionGatherer(const RunLog& log, model::LinkRef root)
+MotionGatherer::MotionGatherer(const RunLog& log)
     : log_(log),
       model_(*log.model),
       robot_(*log.robot),
@@ -113,10 +110,9 @@ MotionGatherer::MotionGatherer(const RunLog& log, model::LinkRef root)
   motion_.realtime = log.facts.mode == "realtime";
   // At the start, where joints have their start values, R is where the model has it; from then on
   // the root's body carries it along.
-  const model::KinematicState start =
-      model::ForwardKinematics(model_, robot_, model::StartValues(robot_));
   // R in the frame of the link that carries it.
-  root_ = {root, start.X_RL[root.module][root.link].inverse()};
+  const model::LinkRef root = log.described->root;
+  root_ = {root, log.described->X_RL_start[root.module][root.link].inverse()};
   // What every link weighs and where it ends, and a row for every joint.
   for (int m = 0; m < static_cast<int>(robot_.modules.size()); ++m) {
     const model::ModuleType& type = model_.TypeOf(robot_, m);
@@ -270,29 +266,12 @@ void MotionGatherer::Place(const WorldSample& world) {
   NoteContacts(X_WB);
 }
 
-bridge::Dockings MotionGatherer::DockingsBy(int64_t time_us) const {
-  bridge::Dockings dockings = bridge::DeclaredDockings(model_, robot_);
-  const auto later = [](int64_t time, const SensorSample& sample) { return time < sample.time_us; };
-  for (const ModuleSeries& module : log_.modules) {
-    // The last sample that is not later than the time; before a module's first one it counts as
-    // docked as declared.
-    const auto next =
-        std::upper_bound(module.sensors.begin(), module.sensors.end(), time_us, later);
-    if (module.model_index < 0 || next == module.sensors.begin()) continue;
-    auto& sensed = dockings[module.model_index];
-    sensed.clear();
-    for (const morphbus::docked_connector_t& docked : (next - 1)->docked) {
-      sensed.push_back(WithModelIndex(model_indices_, docked));
-    }
-  }
-  return dockings;
-}
-
 void MotionGatherer::LayOut(const std::vector<BodyName>& bodies, int64_t time_us) {
   bodies_ = bodies;
   // Where a link lies in its body changes neither with time nor with joints, so that it is found
   // once a layout.
-  places_ = bridge::PlacesInBodies<bridge::LinkPose>(model_, robot_, DockingsBy(time_us), bodies);
+  places_ = bridge::PlacesInBodies<bridge::LinkPose>(
+      model_, robot_, DockingsAt(log_, model_indices_, time_us), bodies);
   masses_.assign(bodies.size(), {});
   complete_ = !bodies.empty();
   for (size_t m = 0; m < places_.size(); ++m) {
@@ -378,14 +357,6 @@ RobotMotion MotionGatherer::Gather() {
 
 }  // namespace
 
-model::LinkRef RootLinkOf(const model::Robot& robot, int module) {
-  return {module, module == robot.root_module ? robot.root_link : 0};
-}
-
-RobotMotion MotionOf(const RunLog& log) {
-  const model::Robot& robot = *log.robot;
-  const int root = robot.FindModule(log.facts.root_module).value_or(robot.root_module);
-  return MotionGatherer(log, RootLinkOf(robot, root)).Gather();
-}
+RobotMotion MotionOf(const RunLog& log) { return MotionGatherer(log).Gather(); }
 
 }  // namespace morphbus::logger

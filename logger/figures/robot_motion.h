@@ -87,10 +87,6 @@ struct RobotMotion {
   double mass_kg = 0.0;
 };
 
-/// The link by which a module stands for the root: the robot's root link if the module is the
-/// robot's root module, else its first link.
-model::LinkRef RootLinkOf(const model::Robot& robot, int module);
-
 /// How the robot of a log moved. The log must have a model, a length of tick and series. What names
 /// modules or links that the robot does not have is passed over.
 RobotMotion MotionOf(const RunLog& log);

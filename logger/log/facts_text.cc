@@ -52,7 +52,8 @@ std::string Heading(const LogFacts& f) {
   }
   // What the description says; without one nobody knows the robot.
   if (f.has_description) {
-    AddLine(&text, "robot {} of {}, program {}, {}, root {}", f.robot, f.model_file, f.program_file,
+    AddLine(&text, "robot {} of {}, program {}, {}, root {}", f.robot_name, f.model_file,
+            f.program_file,
             f.mode.empty() ? "of unknown mode"
             : f.still      ? f.mode + " without physics"
                            : f.mode,

@@ -14,7 +14,6 @@
 #include "bridge/wire/health.h"
 #include "bridge/wire/info_parts.h"
 #include "compiler/base/text.h"
-#include "logger/log/description.h"
 
 namespace morphbus::logger {
 
@@ -38,9 +37,9 @@ Result<std::unique_ptr<Recorder>> Recorder::Create(bridge::Bus* bus, const bridg
   if (options.description.size() > bridge::kMaxInfoBytes) {
     return Fail("the run's description is larger than 16 MiB");
   }
-  const Result<DescriptionKey> key = ReadDescriptionKey(options.description);
-  if (!key) return tl::unexpected(key.error());
-  if (Result<void> name = bridge::CheckRunName(key->run); !name) {
+  Result<bridge::DescribedRun> described = bridge::ReadDescribedRun(options.description);
+  if (!described) return tl::unexpected(described.error());
+  if (Result<void> name = bridge::CheckRunName(described->run); !name) {
     return tl::unexpected(name.error());
   }
   // From here on the file exists, and begins with the description.
@@ -49,22 +48,25 @@ Result<std::unique_ptr<Recorder>> Recorder::Create(bridge::Bus* bus, const bridg
   if (!writer) return tl::unexpected(writer.error());
   if (!options.wall_clock) options.wall_clock = MachineWallClock;
   std::unique_ptr<Recorder> recorder(
-      new Recorder(bus, time, std::move(options), *key, std::move(*writer)));
+      new Recorder(bus, time, std::move(options), *std::move(described), std::move(*writer)));
   recorder->WriteInfo();
   if (!recorder->error_.empty()) return Fail(recorder->error_);
   return recorder;
 }
 
 Recorder::Recorder(bridge::Bus* bus, const bridge::TimeSource* time, RecorderOptions options,
-                   DescriptionKey key, std::unique_ptr<EventLogWriter> writer)
-    : time_(time), options_(std::move(options)), key_(std::move(key)), writer_(std::move(writer)) {
+                   bridge::DescribedRun described, std::unique_ptr<EventLogWriter> writer)
+    : time_(time),
+      options_(std::move(options)),
+      described_(std::move(described)),
+      writer_(std::move(writer)) {
   bridge::LogParticipantOptions participant;
-  participant.run = key_.run;
-  participant.model_hash = key_.model_hash;
+  participant.run = described_.run;
+  participant.model_hash = described_.model_hash;
   participant.realtime = options_.realtime;
   participant.claim = options_.claim;
   participant.timing = options_.timing;
-  participant.build = key_.build;
+  participant.build = described_.build;
   participant_ = std::make_unique<bridge::LogParticipant>(
       bus, time, std::move(participant), [this](const bridge::LoggedMessage& m) { Take(m); });
   participant_->OnInfoRequest([this] { PublishInfo(); });
@@ -110,7 +112,7 @@ void Recorder::WriteOwn(const std::string& channel, int64_t sequence, M* message
   message->header.tick = std::max<int64_t>(last_tick_, 0);
   message->header.sim_time_us = last_time_us_;
   message->header.sequence = sequence;
-  message->header.model_hash = static_cast<int64_t>(key_.model_hash);
+  message->header.model_hash = static_cast<int64_t>(described_.model_hash);
   message->header.program_hash = 0;
   std::vector<uint8_t> payload;
   bridge::Encode(*message, &payload);
@@ -122,12 +124,12 @@ void Recorder::WriteInfo() {
   // The parts are numbered from 0, like the messages of any channel.
   int64_t sequence = 0;
   for (morphbus::info_part_t& part : bridge::SplitInfo(options_.description)) {
-    WriteOwn(bridge::Channel(key_.run, "", Topic::kInfo), sequence++, &part);
+    WriteOwn(bridge::Channel(described_.run, "", Topic::kInfo), sequence++, &part);
   }
 }
 
 void Recorder::PublishInfo() {
-  const std::string channel = bridge::Channel(key_.run, "", Topic::kInfo);
+  const std::string channel = bridge::Channel(described_.run, "", Topic::kInfo);
   for (morphbus::info_part_t& part : bridge::SplitInfo(options_.description)) {
     participant_->outbox().Send(channel, std::max<int64_t>(last_tick_, 0), last_time_us_, &part);
   }
@@ -292,8 +294,8 @@ void Recorder::WriteEnd(const RecordSummary& summary,
                         const std::vector<bridge::ChannelTotal>& totals) {
   morphbus::log_end_t end;
   // The run's own facts come first, then the totals by which a reader checks the log.
-  end.run = key_.run;
-  end.open = key_.open;
+  end.run = described_.run;
+  end.open = described_.open;
   end.clean = summary.complete;
   end.reason = bridge::CutText(summary.reason, bridge::kLongestText);
   end.run_hash = summary.run_hash;
@@ -308,7 +310,7 @@ void Recorder::WriteEnd(const RecordSummary& summary,
       end.channels.push_back(bridge::ToWire(totals[told]));
     }
     end.num_channels = static_cast<int16_t>(end.channels.size());
-    WriteOwn(bridge::Channel(key_.run, "", Topic::kEnd), sequence++, &end);
+    WriteOwn(bridge::Channel(described_.run, "", Topic::kEnd), sequence++, &end);
   } while (told < totals.size());
 }
 
@@ -319,7 +321,7 @@ Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
   participant_->CountBusLosses();
   morphbus::health_t health =
       bridge::MakeHealth(std::string(bridge::kLogProcess), participant_->ledger());
-  const std::string own = bridge::Channel(key_.run, bridge::kLogProcess, Topic::kHealth);
+  const std::string own = bridge::Channel(described_.run, bridge::kLogProcess, Topic::kHealth);
   WriteOwn(own, participant_->outbox().count(own), &health);
   // What END vouches for: count and hash of every channel, and the hash of the run.
   std::vector<bridge::ChannelTotal> totals;

@@ -14,12 +14,12 @@
 #include <string_view>
 #include <vector>
 
+#include "bridge/description/described_run.h"
 #include "bridge/lockstep/log_participant.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/stream_hash.h"
 #include "compiler/base/text_hash.h"
 #include "logger/log/channel_stream.h"
-#include "logger/log/description.h"
 #include "logger/log/event_log.h"
 
 namespace morphbus::logger {
@@ -100,7 +100,7 @@ class Recorder : public bridge::Participant {
   /// Where the log is until Finish().
   [[nodiscard]] const std::string& partial_path() const { return writer_->partial_path(); }
   /// The run's name, from the description.
-  [[nodiscard]] const std::string& run() const { return key_.run; }
+  [[nodiscard]] const std::string& run() const { return described_.run; }
 
  private:
   /// What the log holds of one channel.
@@ -125,7 +125,7 @@ class Recorder : public bridge::Participant {
   };
 
   Recorder(bridge::Bus* bus, const bridge::TimeSource* time, RecorderOptions options,
-           DescriptionKey key, std::unique_ptr<EventLogWriter> writer);
+           bridge::DescribedRun described, std::unique_ptr<EventLogWriter> writer);
   /// Fills the header of a message that only the log gets, and writes it: it is dated by the latest
   /// tick heard of.
   template <class M>
@@ -167,7 +167,7 @@ class Recorder : public bridge::Participant {
 
   const bridge::TimeSource* time_;
   RecorderOptions options_;
-  DescriptionKey key_;
+  bridge::DescribedRun described_;
   /// The log; never null.
   std::unique_ptr<EventLogWriter> writer_;
   /// The logger's part in the lockstep; it hands every message to Take().

@@ -11,12 +11,15 @@
 #include "bridge/observe/ledger_counts.h"
 #include "logger/log/text_lines.h"
 
+namespace morphbus::bridge {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribedRun, model_file, program_file, mode, root_module, build,
+                                   started, world_hash, arithmetic, still, loss, seed, random_seed,
+                                   open, faults_file, fault_rules, root_sensor, root_noise_m,
+                                   root_noise_rad)
+}  // namespace morphbus::bridge
+
 namespace morphbus::logger {
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribedRun, robot, model_file, program_file, mode, root_module,
-                                   build, started, world_hash, arithmetic, still, loss, seed,
-                                   random_seed, open, faults_file, fault_rules, root_sensor,
-                                   root_noise_m, root_noise_rad)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ChannelFacts, messages, events, bytes, lost, duplicates, bad,
                                    hashed)
 
@@ -236,9 +239,10 @@ nlohmann::json FactsJson(const LogFacts& f) {
   json["clean"] = f.end ? nlohmann::json(f.end->clean != 0) : nlohmann::json(nullptr);
   json["reason"] = f.end ? nlohmann::json(f.end->reason) : nlohmann::json(nullptr);
   if (f.has_description) {
-    json["description"] = static_cast<const DescribedRun&>(f);
-    json["description"]["model_hash"] = fmt::format("{:016x}", f.model_hash);
-    json["description"]["program_hash"] = fmt::format("{:016x}", f.program_hash);
+    json["description"] = static_cast<const bridge::DescribedRun&>(f);
+    json["description"]["robot"] = f.robot_name;
+    json["description"]["model_hash"] = Hex(f.model_hash);
+    json["description"]["program_hash"] = Hex(f.program_hash);
   }
   return json;
 }

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "bridge/description/described_run.h"
 #include "compiler/base/text.h"
 #include "logger/log/deployments.h"
 #include "logger/log/docking_changes.h"
@@ -77,30 +78,9 @@ enum class EndState {
   kVerified,
 };
 
-/// What the description says of a run (ApplyDescription); empty or 0 without one.
-struct DescribedRun {
-  bool has_description = false;
-  std::string model_file, robot, program_file, mode, build, started, root_module, world_hash;
-  std::string
-      arithmetic;  ///< Fingerprint of the machine's (sim/arithmetic.h); empty in older logs.
-  uint64_t model_hash = 0, program_hash = 0;
-  bool still = false;  ///< Without physics (`run --still`).
-  bool open = false;   ///< Without a key (`run --open`).
-  /// The share of datagrams that every receiver threw away on purpose (0…1), and the seed of the
-  /// random numbers which chose them.
-  double loss = 0.0;
-  uint64_t seed = 0;
-  uint64_t random_seed = 0;  ///< Of the numbers that the program drew.
-  /// The file of rules by which messages suffered on purpose (`run --faults`), and its text.
-  std::string faults_file, fault_rules;
-  /// Whether the root measured its pose, and the standard deviations of the noise (m, rad).
-  bool root_sensor = false;
-  double root_noise_m = 0, root_noise_rad = 0;
-};
-
 /// All that is told of a log besides its messages. LoadRunLog() fills it; `info`, `verify`, `run`
-/// and the comparison print it.
-struct LogFacts : DescribedRun {
+/// and the comparison print it. `run` is the run that was read.
+struct LogFacts : bridge::DescribedRun {
   std::string path;
   uint64_t file_bytes = 0;
   /// Whether the file was compressed with zstd; offsets are those of the decompressed log.
@@ -111,8 +91,6 @@ struct LogFacts : DescribedRun {
   /// Wall clock of the first and the last event, microseconds since 1970.
   int64_t first_us = 0;
   int64_t last_us = 0;
-  /// The run that was read.
-  std::string run;
   /// Further runs in the same file, which were not read.
   std::vector<std::string> other_runs;
   /// Control ticks that a CLOCK dates; in real time, where some of those are lost, all before the

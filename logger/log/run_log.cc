@@ -97,7 +97,7 @@ class Loader : private bridge::RunMessageHandler {
       if (!lent) return lent;
     }
     facts_.ended = ended_.Facts(facts_.lost_modules);
-    WordFaults(log_.description, log_.deployed, &facts_);
+    WordFaults(&log_);
     // What moves the robot is commanded by a program that the run is known to have.
     if (facts_.has_description) {
       facts_.foreign_program = commanding_.WhoseIsForeign(facts_.program_hash, facts_.deployments);
@@ -372,6 +372,23 @@ morphbus::docked_connector_t WithModelIndex(const std::map<int, int>& model_indi
                                             morphbus::docked_connector_t docked) {
   docked.mate_module = static_cast<int16_t>(ModelIndexOf(model_indices, docked.mate_module));
   return docked;
+}
+
+bridge::Dockings DockingsAt(const RunLog& log, const std::map<int, int>& model_indices,
+                            int64_t time_us) {
+  bridge::Dockings dockings(log.robot->modules.size());
+  bool sensed = false;
+  const auto earlier = [](const SensorSample& s, int64_t time) { return s.time_us < time; };
+  for (const ModuleSeries& module : log.modules) {
+    const auto at =
+        std::lower_bound(module.sensors.begin(), module.sensors.end(), time_us, earlier);
+    if (module.model_index < 0 || at == module.sensors.end()) continue;
+    sensed = true;
+    for (const morphbus::docked_connector_t& docked : at->docked) {
+      dockings[module.model_index].push_back(WithModelIndex(model_indices, docked));
+    }
+  }
+  return sensed ? dockings : bridge::DeclaredDockings(*log.model, *log.robot);
 }
 
 Result<RunLog> LoadRunLog(const std::string& path, const RunLogOptions& options) {

@@ -17,10 +17,15 @@
 #include <string>
 #include <vector>
 
+#include "bridge/description/link_places.h"
 #include "compiler/base/result.h"
 #include "compiler/model/robot_model.h"
 #include "logger/log/event_log.h"
 #include "logger/log/run_facts.h"
+
+namespace morphbus::bridge {
+struct RunModel;
+}
 
 namespace morphbus::logger {
 
@@ -107,8 +112,9 @@ struct RunLog {
   std::string description;
   /// Images that were deployed while it ran, by hash, as SENSORS handed them over; not verified.
   std::map<uint64_t, std::string> deployed;
-  /// The model in the description; null if there is none or it is unusable (facts.problems says
-  /// why).
+  /// What it says; null if it is missing or cannot be read.
+  std::shared_ptr<const bridge::RunModel> described;
+  /// The model in it; null if there is none or it is unusable (facts.problems says why).
   std::shared_ptr<const model::Model> model;
   /// The robot that ran, within *model; null without one.
   const model::Robot* robot = nullptr;
@@ -135,6 +141,10 @@ int ModelIndexOf(const std::map<int, int>& model_indices, int id);
 /// What a connector senses, with the mate by its index.
 morphbus::docked_connector_t WithModelIndex(const std::map<int, int>& model_indices,
                                             morphbus::docked_connector_t docked);
+/// What was sensed to be docked at a sim time (µs), by model index; as the robot declares it if
+/// nothing was sensed. A module's sample at that time or, if that is missing, its next one counts.
+bridge::Dockings DockingsAt(const RunLog& log, const std::map<int, int>& model_indices,
+                            int64_t time_us);
 
 /// What to read.
 struct RunLogOptions {

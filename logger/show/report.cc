@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 
+#include "bridge/description/run_model.h"
 #include "logger/compare/source_trace.h"
 #include "logger/show/command_list.h"
 #include "logger/show/report_robots.h"
@@ -107,8 +108,8 @@ class Page {
     Notes();
     html_ += CommandsHtml(comparison_);
     if (a_.robot != nullptr && b_.robot != nullptr) {
-      rest_a_ = RestPosesOf(a_);
-      rest_b_ = RestPosesOf(b_);
+      rest_a_ = a_.described->X_RL_start;
+      rest_b_ = b_.described->X_RL_start;
       simulated_a_ = std::make_unique<SimulatedPoses>(a_);
       simulated_b_ = std::make_unique<SimulatedPoses>(b_);
       html_ += RobotsHtml(a_, b_, comparison_);
@@ -183,7 +184,7 @@ class Page {
     };
     html_ += fmt::format("<section class='card'><h2><span class='chip {0}'>{0}</span> {1}</h2><dl>",
                          which, EscapeHtml(f.path));
-    row("robot", f.robot + (f.model_file.empty() ? "" : "  (" + f.model_file + ")"));
+    row("robot", f.robot_name + (f.model_file.empty() ? "" : "  (" + f.model_file + ")"));
     row("program", f.program_file);
     row("run", f.run + (f.mode.empty() ? "" : ", " + f.mode));
     row("length",

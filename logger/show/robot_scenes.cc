@@ -7,9 +7,8 @@
 #include <memory>
 #include <set>
 
-#include "bridge/module/module_instance.h"
+#include "bridge/description/run_model.h"
 #include "bridge/module/program_roles.h"
-#include "logger/log/description.h"
 #include "logger/show/svg_plot.h"
 
 namespace morphbus::logger {
@@ -31,12 +30,10 @@ RoleColors ColorsOf(const std::vector<const RunLog*>& logs) {
   RoleColors colors;
   for (const RunLog* log : logs) {
     // A program that cannot be read has no names.
-    const auto images = std::make_unique<bridge::ModuleImages>();
     // All roles that modules can play have a colour, in the program's order, whether one plays them
     // or not, so that two runs of it look alike.
-    const bool has_program =
-        !log->description.empty() && LoadImages(log->description, images.get()).has_value();
-    colors.Add(has_program ? bridge::PlayableRoles(images->program()) : RolesIn(*log));
+    const bool has_names = log->described != nullptr && log->described->images_problem.empty();
+    colors.Add(has_names ? bridge::PlayableRoles(log->described->images.program()) : RolesIn(*log));
   }
   return colors;
 }
@@ -87,13 +84,13 @@ size_t WorldAt(const RunLog& log, int64_t time_us) {
 model::Pose LinkPoseAt(const RunLog& log, const SimulatedPoses& poses, size_t sample, int module,
                        int link) {
   const std::optional<model::Pose> seen = poses.X_WL(sample, module, link);
-  return seen ? *seen : RestPosesOf(log)[module][link];
+  return seen ? *seen : log.described->X_RL_start[module][link];
 }
 
 Scene SceneAt(const RunLog& log, const SimulatedPoses& poses, size_t sample,
               const RoleColors& colors) {
   // What no body carries is drawn as it lies in the robot frame at the start.
-  std::vector<std::vector<model::Pose>> X_WL = RestPosesOf(log);
+  std::vector<std::vector<model::Pose>> X_WL = log.described->X_RL_start;
   for (int m = 0; m < static_cast<int>(X_WL.size()); ++m) {
     for (int l = 0; l < static_cast<int>(X_WL[m].size()); ++l) {
       X_WL[m][l] = poses.X_WL(sample, m, l).value_or(X_WL[m][l]);
@@ -109,7 +106,7 @@ Scene SceneAt(const RunLog& log, const SimulatedPoses& poses, size_t sample,
       for (double& c : hull.color) c = 1 - (1 - c) * 0.72;
     }
   }
-  AddObstacles(ObstaclesIn(log.description), &scene);
+  AddObstacles(log.described->obstacles, &scene);
   return scene;
 }
 

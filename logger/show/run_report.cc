@@ -34,8 +34,8 @@ class RunPage {
         "<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
         "<meta name='viewport' content='width=device-width, initial-scale=1'>"
         "<title>{0}</title><style>{1}</style></head><body><main><h1>{0}</h1>",
-        EscapeHtml(
-            fmt::format("{} of {}", facts_.robot.empty() ? "a run" : facts_.robot, facts_.path)),
+        EscapeHtml(fmt::format("{} of {}", facts_.robot_name.empty() ? "a run" : facts_.robot_name,
+                               facts_.path)),
         kReportStyle);
     // Without a model or without a tick there is nothing to draw: facts and faults remain.
     if (log_.robot != nullptr && !log_.ticks_us.empty()) Prepare();
@@ -84,7 +84,7 @@ class RunPage {
     // What ran.
     html_ += "<div class='cards'><section class='card'><h2>The run</h2><dl>";
     Fact("robot",
-         facts_.robot + (facts_.model_file.empty() ? "" : "  (" + facts_.model_file + ")"));
+         facts_.robot_name + (facts_.model_file.empty() ? "" : "  (" + facts_.model_file + ")"));
     Fact("program", facts_.program_file);
     Fact("run", facts_.run + (facts_.mode.empty() ? "" : ", " + facts_.mode));
     Fact("length", fmt::format("{:.3f} s, {} ticks of {:.0f} ms", facts_.seconds, facts_.ticks,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <memory>
 #include <random>
 #include <set>
 #include <string>
@@ -201,8 +202,10 @@ TEST(RunClockTest, CommandsHoldTheRunSetItsSpeedAndLoseModules) {
 }
 
 TEST(ProgramWordsTest, TheRunsOwnProgramHasItsFileAlsoWithoutItsImage) {
-  const ModuleImages none;
-  ProgramWords words(&none, false, 7, "models/walk.dyn");
+  const auto run = std::make_shared<RunModel>();
+  run->program_hash = 7;
+  run->program_file = "models/walk.dyn";
+  ProgramWords words(run);
   vm::Fault fault{};
   fault.function = 3;
   fault.line = 12;

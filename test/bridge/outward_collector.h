@@ -43,7 +43,7 @@ class Collector {
 
 /// The model of a made-up run.
 inline std::shared_ptr<const RunModel> Model(const test::SyntheticOptions& options) {
-  auto run = ReadRunModel(test::SyntheticDescription(options.robot, options.run));
+  auto run = ReadRunWithRobot(test::SyntheticDescription(options.robot, options.run));
   EXPECT_TRUE(run.has_value()) << run.error().message;
   return *run;
 }

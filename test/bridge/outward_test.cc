@@ -284,7 +284,7 @@ TEST(Outward, ObstaclesStandInTheRunsWorldFrame) {
       "<sdf version='1.9'><world name='w'><model name='wall'><static>true</static>"
       "<pose>1 2 3 0 0 0</pose><link name='l'><collision name='c'><geometry><box>"
       "<size>0.2 0.4 0.6</size></box></geometry></collision></link></model></world></sdf>");
-  const auto run = ReadRunModel(description.SerializeAsString());
+  const auto run = ReadRunWithRobot(description.SerializeAsString());
   ASSERT_TRUE(run.has_value());
   const foxglove::SceneUpdate scene = SceneOf("src", **run);
   ASSERT_EQ(scene.entities_size(), 7);
@@ -308,7 +308,7 @@ TEST(Outward, ObstaclesStandInTheRunsWorldFrame) {
   mesh.set_uri("a.stl");
   for (const float x : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.5F}) mesh.add_points(x);
   for (const uint32_t corner : {0U, 1U, 2U}) mesh.add_corners(corner);
-  const auto with_mesh = ReadRunModel(meshes.SerializeAsString());
+  const auto with_mesh = ReadRunWithRobot(meshes.SerializeAsString());
   ASSERT_TRUE(with_mesh.has_value());
   const foxglove::SceneUpdate surface = SceneOf("src", **with_mesh);
   ASSERT_EQ(surface.entities_size(), 7);
@@ -317,7 +317,7 @@ TEST(Outward, ObstaclesStandInTheRunsWorldFrame) {
   EXPECT_EQ(surface.entities(6).triangles(0).points(2).y(), 0.5) << "up";
   // A world that cannot be read does not keep the robot from being seen.
   description.set_world("<sdf>");
-  const auto without = ReadRunModel(description.SerializeAsString());
+  const auto without = ReadRunWithRobot(description.SerializeAsString());
   ASSERT_TRUE(without.has_value());
   EXPECT_EQ(SceneOf("src", **without).entities_size(), 6);
 }
@@ -415,9 +415,9 @@ TEST(Outward, ACopyGoesOnAsItsOriginalDoes) {
 }
 
 TEST(Outward, ADescriptionThatIsNoneIsRefused) {
-  EXPECT_FALSE(ReadRunModel("").has_value());
+  EXPECT_FALSE(ReadRunWithRobot("").has_value());
   std::string bytes = test::SyntheticDescription("one", "synth");
-  EXPECT_FALSE(ReadRunModel(bytes.substr(0, bytes.size() / 2)).has_value());
+  EXPECT_FALSE(ReadRunWithRobot(bytes.substr(0, bytes.size() / 2)).has_value());
 }
 
 }  // namespace

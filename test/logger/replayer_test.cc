@@ -1,4 +1,5 @@
 #include "logger/log/replayer.h"
+#include "bridge/description/described_run.h"
 
 #include <gtest/gtest.h>
 
@@ -297,7 +298,7 @@ TEST(ReplayerTest, ALogWithoutDescriptionIsLentOneUnderItsOwnName) {
   // Once at the beginning, and once as it begins again.
   EXPECT_EQ(begun, 2);
   ASSERT_EQ(descriptions.size(), 1u);
-  const auto key = ReadDescriptionKey(descriptions.front());
+  const auto key = bridge::ReadDescribedRun(descriptions.front());
   ASSERT_TRUE(key.has_value());
   EXPECT_EQ(key->run, "synth");
   // A log that has its own keeps to it, and one of another model is refused.

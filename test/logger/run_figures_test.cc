@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "bridge/description/run_model.h"
 #include "compiler/base/text.h"
 #include "logger/log/run_log.h"
 
@@ -115,9 +116,15 @@ morphbus::joint_command_t Target(double target) {
 class LogMaker {
  public:
   explicit LogMaker(const model::Model& model) {
-    const auto shared = std::make_shared<const model::Model>(model);
-    log_.model = shared;
-    log_.robot = &shared->robots[0];
+    const auto described = std::make_shared<bridge::RunModel>();
+    described->model = model;
+    const model::Robot& robot = described->model.robots[0];
+    described->root = bridge::RootLinkOf(robot, robot.root_module);
+    described->X_RL_start =
+        model::ForwardKinematics(described->model, robot, model::StartValues(robot)).X_RL;
+    log_.described = described;
+    log_.model = {described, &described->model};
+    log_.robot = &robot;
     log_.tick_us = kTickUs;
     for (int module = 0; module < 2; ++module) Series(module);
   }

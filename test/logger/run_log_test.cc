@@ -27,7 +27,7 @@ TEST(RunLogTest, WholeLogIsReadByTick) {
   const RunLog log = Load(file.path());
   EXPECT_TRUE(log.facts.whole()) << VerifyText(log.facts);
   EXPECT_EQ(log.facts.run, "synth");
-  EXPECT_EQ(log.facts.robot, "one");
+  EXPECT_EQ(log.facts.robot_name, "one");
   EXPECT_EQ(log.facts.ticks, 100);
   EXPECT_DOUBLE_EQ(log.facts.seconds, 2.0);
   ASSERT_NE(log.robot, nullptr) << FactsText(log.facts, true);

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <map>
 
+#include "bridge/description/run_model.h"
 #include "bridge/observe/process_state.h"
-#include "compiler/model/run_description.pb.h"
 #include "tools/base/held_report.h"
 #include "tools/base/program.h"
 
@@ -62,10 +62,10 @@ Json InspectionJson(const std::string& module, const model::ModuleType& type,
 
 Json InspectionsOf(const logger::RunLog& log) {
   // Images name their own source.
-  proto::RunDescription described;
-  described.ParseFromString(log.description);
   std::map<uint64_t, std::string> sources;
-  sources[described.program_hash()] = SourceOfImage(described.program_image());
+  if (log.described != nullptr && log.described->has_program) {
+    sources[log.facts.program_hash] = ToString(log.described->images.program().source_name());
+  }
   for (const auto& [hash, image] : log.deployed) sources.emplace(hash, SourceOfImage(image));
   // By tick, the modules in the robot's order.
   std::map<int64_t, Json> ticks;

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "bridge/outward/converter.h"
-#include "bridge/outward/run_model.h"
 #include "bridge/outward/topics.h"
 #include "logger/log/mcap_writer.h"
 #include "tools/convert/lcm_proto.h"
@@ -84,7 +83,7 @@ class ViewerTopics {
   ViewerTopics(const std::string& description, const NamePattern& channels,
                logger::McapWriter* writer)
       : channels_(channels), writer_(*writer) {
-    auto run = bridge::ReadRunModel(description);
+    auto run = bridge::ReadRunWithRobot(description);
     if (run) converter_.emplace(*run, (*run)->run, nullptr);
   }
 

@@ -176,7 +176,7 @@ Result<std::unique_ptr<LiveSource>> LiveSource::Create(const RunChoice& choice) 
     description = std::move(*heard);
   }
   // What names and shapes the messages speak of.
-  auto run = bridge::ReadRunModel(description);
+  auto run = bridge::ReadRunWithRobot(description);
   if (!run) return Fail(run.error().message);
   std::unique_ptr<LiveSource> source(new LiveSource(*run, std::move(*bus), key ? &*key : nullptr));
   if (controlled) {

@@ -29,7 +29,7 @@ void ThinOut(std::vector<LogCheckpoint>* checkpoints) {
 Result<std::shared_ptr<const bridge::RunModel>> ReadLogModel(const std::string& path) {
   const Result<std::string> description = logger::DescriptionInLog(path);
   if (!description) return Fail(description.error().message);
-  auto model = bridge::ReadRunModel(*description);
+  auto model = bridge::ReadRunWithRobot(*description);
   if (!model) return Fail(path + ": " + model.error().message);
   return *model;
 }

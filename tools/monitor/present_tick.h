@@ -8,9 +8,9 @@
 #include <string_view>
 
 #include "bridge/bus/bus.h"
+#include "bridge/description/run_model.h"
 #include "bridge/lockstep/outbox.h"
 #include "bridge/observe/run_message.h"
-#include "bridge/outward/run_model.h"
 
 namespace morphbus::tools {
 

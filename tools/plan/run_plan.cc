@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "bridge/bus/fault_plan.h"
+#include "bridge/description/run_model.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/wire_limits.h"
 #include "compiler/base/quantity.h"
@@ -20,7 +21,6 @@
 #include "compiler/world/sdf_world.h"
 #include "compiler/world/surface_files.h"
 #include "compiler/world/world_proto.h"
-#include "logger/figures/robot_motion.h"
 #include "sim/arithmetic.h"
 #include "sim/bullet_robot.h"
 #include "sim/still_robot.h"
@@ -441,7 +441,7 @@ std::optional<RunPlan> LoadPlan(const PlanSource& source) {
 RootPose RootPoseOf(const RunPlan& plan, int module) {
   const model::Robot& robot = plan.robot();
   RootPose root;
-  root.link = logger::RootLinkOf(robot, module).link;
+  root.link = bridge::RootLinkOf(robot, module).link;
   const model::KinematicState state =
       model::ForwardKinematics(plan.model, robot, model::StartValues(robot));
   root.X_RL = state.X_RL[module][root.link];
