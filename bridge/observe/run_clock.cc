@@ -6,6 +6,7 @@ namespace morphbus::bridge {
 
 void RunClock::Take(const morphbus::sim_clock_t& clock) {
   // Where the run is.
+  repeats_ = 0;
   tick_ = clock.header.tick;
   time_us_ = clock.header.sim_time_us;
   tick_us_ = clock.tick_us;

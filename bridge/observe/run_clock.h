@@ -16,6 +16,8 @@ class RunClock {
   /// Takes a CLOCK, with the commands that take effect in its tick. One of a later version that
   /// cannot be read here does nothing.
   void Take(const morphbus::sim_clock_t& clock);
+  /// The last CLOCK came once more, as it does twice a second while the run holds still.
+  void Repeat() { ++repeats_; }
 
   /// The tick, and its sim time, microseconds; -1 and 0 before the first CLOCK.
   [[nodiscard]] int64_t tick() const { return tick_; }
@@ -24,8 +26,8 @@ class RunClock {
   [[nodiscard]] int32_t tick_us() const { return tick_us_; }
   /// Whether the run has a simulated world.
   [[nodiscard]] bool has_world() const { return has_world_; }
-  /// Whether a command holds the run.
-  [[nodiscard]] bool paused() const { return paused_; }
+  /// Whether the run holds still: by a command or, for who did not hear it, by its CLOCK.
+  [[nodiscard]] bool paused() const { return paused_ || repeats_ >= kRepeatsOfStandstill; }
   /// The speed that a command asked for (times real time; 0: as fast as possible); none before.
   [[nodiscard]] const std::optional<double>& speed() const { return speed_; }
   /// Modules that the run goes on without.
@@ -35,11 +37,14 @@ class RunClock {
   [[nodiscard]] const std::string& end_reason() const { return end_reason_; }
 
  private:
+  static constexpr int kRepeatsOfStandstill = 2;
+
   int64_t tick_ = -1;
   int64_t time_us_ = 0;
   int32_t tick_us_ = 0;
   bool has_world_ = false;
   bool paused_ = false;
+  int repeats_ = 0;  ///< Of the last CLOCK. One may only have come twice.
   std::optional<double> speed_;
   std::set<std::string, std::less<>> lost_;
   bool ended_ = false;

@@ -125,9 +125,10 @@ bool Converter::Take(std::string_view channel, const uint8_t* data, size_t size,
 }
 
 void Converter::OnRepeat(const RunMessage& message) {
-  // A run that holds still repeats its CLOCK. A STATUS that came late, since it was asked for, does
-  // not wait until the run goes on.
-  if (message.name.topic == Topic::kClock) SendModules();
+  if (message.name.topic != Topic::kClock) return;
+  clock_.Repeat();
+  // A STATUS that came late, since it was asked for, does not wait until the run goes on.
+  SendModules();
 }
 
 void Converter::Finish(const OutwardSink& sink) {

@@ -66,8 +66,8 @@ class Converter : private RunMessageHandler {
   [[nodiscard]] int64_t time_us() const { return clock_.time_us(); }
   /// Tick of the last CLOCK; -1 before the first.
   [[nodiscard]] int64_t tick() const { return clock_.tick(); }
-  /// Whether CLOCK's commands hold the run, and its speed by the last of them (times real time; 0:
-  /// as fast as possible).
+  /// Whether the run holds still, and its speed by the last command (times real time; 0: as fast as
+  /// possible).
   [[nodiscard]] bool paused() const { return clock_.paused(); }
   [[nodiscard]] double speed() const { return clock_.speed().value_or(run_->speed); }
   /// Whether CLOCK has told of the end.

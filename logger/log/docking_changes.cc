@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
+#include "bridge/description/link_places.h"
 #include "compiler/base/text.h"
+#include "logger/log/run_facts.h"
 #include "logger/log/text_lines.h"
 
 namespace morphbus::logger {
@@ -13,30 +16,39 @@ namespace {
 /// A program may dock and part for hours: so many changes are kept.
 constexpr size_t kMaxKept = 1000;
 
+/// Own connector, mate, its connector, of all that is docked.
+std::set<std::tuple<int, int, int>> SetOf(const std::vector<morphbus::docked_connector_t>& docked) {
+  std::set<std::tuple<int, int, int>> set;
+  for (const morphbus::docked_connector_t& d : docked) {
+    set.emplace(d.connector, d.mate_module, d.mate_connector);
+  }
+  return set;
+}
+
 }  // namespace
 
 void DockingChanges::Take(const morphbus::module_sensors_t& reading, int64_t time_us) {
   Module& module = modules_[reading.module_id];
   // A log may hold a reading twice, and out of order; the newest is known already.
   if (time_us <= module.time_us) return;
-  std::set<Docking> now;
-  for (const morphbus::docked_connector_t& d : reading.docked) {
-    now.emplace(d.connector, d.mate_module, d.mate_connector);
-  }
-  // The first reading is what the module was built with, and no change.
   const bool first = module.time_us < 0;
   module.time_us = time_us;
-  if (first) module.name = reading.name;
-  if (!first && now != module.dockings) {
-    // What was sensed and is not any more has parted; what is new has docked.
-    for (const Docking& docking : module.dockings) {
-      if (now.count(docking) == 0) Note(reading.module_id, time_us, false, docking);
-    }
-    for (const Docking& docking : now) {
-      if (module.dockings.count(docking) == 0) Note(reading.module_id, time_us, true, docking);
-    }
+  // Nearly every reading shows what the one before it did.
+  if (!first && bridge::SameDocked(module.docked, reading.docked)) return;
+  const std::set<Docking> before = SetOf(module.docked), now = SetOf(reading.docked);
+  module.docked = reading.docked;
+  // The first reading is what the module was built with, and no change.
+  if (first) {
+    module.name = reading.name;
+    return;
   }
-  module.dockings = std::move(now);
+  // What was sensed and is not any more has parted; what is new has docked.
+  for (const Docking& docking : before) {
+    if (!now.contains(docking)) Note(reading.module_id, time_us, false, docking);
+  }
+  for (const Docking& docking : now) {
+    if (!before.contains(docking)) Note(reading.module_id, time_us, true, docking);
+  }
 }
 
 void DockingChanges::Note(int module, int64_t time_us, bool docked, const Docking& docking) {
@@ -48,18 +60,15 @@ void DockingChanges::Note(int module, int64_t time_us, bool docked, const Dockin
   if (changes_.size() < kMaxKept) changes_.push_back({time_us, docked, module, docking});
 }
 
-bool DockingChanges::OfLoss(const Change& change) const {
+bool DockingChanges::OfLoss(const Change& change, const LogFacts& facts) const {
   // A module that is lost lets go of its neighbours, which is told as the loss.
   const auto was_lost = [&](int number) {
     const auto module = modules_.find(number);
-    const auto lost = module == modules_.end() ? lost_.end() : lost_.find(module->second.name);
-    return lost != lost_.end() && change.time_us >= lost->second;
+    if (module == modules_.end()) return false;
+    const auto lost = facts.lost_modules.find(module->second.name);
+    return lost != facts.lost_modules.end() && change.time_us >= lost->second;
   };
   return !change.docked && (was_lost(change.module) || was_lost(std::get<1>(change.docking)));
-}
-
-int64_t DockingChanges::count() const {
-  return count_ - std::ranges::count_if(changes_, [this](const Change& c) { return OfLoss(c); });
 }
 
 std::string DockingChanges::Name(const model::Model* model, const model::Robot* robot, int module,
@@ -80,20 +89,23 @@ std::string DockingChanges::Name(const model::Model* model, const model::Robot* 
   return fmt::format("{}.{}", name, connector);
 }
 
-std::vector<DockingFact> DockingChanges::Facts(const model::Model* model,
-                                               const model::Robot* robot) const {
-  std::vector<DockingFact> facts;
+void DockingChanges::Tell(const model::Model* model, const model::Robot* robot,
+                          LogFacts* facts) const {
+  facts->num_dockings = count_;
   for (const Change& change : changes_) {
-    if (OfLoss(change)) continue;
+    if (OfLoss(change, *facts)) {
+      --facts->num_dockings;
+      continue;
+    }
     const auto [connector, mate, mate_connector] = change.docking;
-    facts.push_back({change.time_us, change.docked, Name(model, robot, change.module, connector),
-                     Name(model, robot, mate, mate_connector)});
+    facts->dockings.push_back({change.time_us, change.docked,
+                               Name(model, robot, change.module, connector),
+                               Name(model, robot, mate, mate_connector)});
   }
   // Modules were read one after the other: the changes of all of them are brought into one order.
-  std::stable_sort(facts.begin(), facts.end(), [](const DockingFact& a, const DockingFact& b) {
-    return a.time_us < b.time_us;
-  });
-  return facts;
+  std::stable_sort(
+      facts->dockings.begin(), facts->dockings.end(),
+      [](const DockingFact& a, const DockingFact& b) { return a.time_us < b.time_us; });
 }
 
 std::string DockingsText(const std::vector<DockingFact>& dockings, int64_t count) {

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 #include <map>
+#include <morphbus/docked_connector_t.hpp>
 #include <morphbus/module_sensors_t.hpp>
-#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -12,6 +12,8 @@
 #include "compiler/model/robot_model.h"
 
 namespace morphbus::logger {
+
+struct LogFacts;
 
 /// Two connectors that docked or parted.
 struct DockingFact {
@@ -30,14 +32,10 @@ class DockingChanges {
   /// What a module senses at a sim time (µs). The first reading of each module is no change, and
   /// one of an earlier time than one taken before tells nothing new.
   void Take(const morphbus::module_sensors_t& reading, int64_t time_us);
-  /// A module was lost at a sim time (µs). Its mates sense it no more from then on, but nothing
-  /// says that its connectors opened.
-  void Lose(const std::string& module, int64_t time_us) { lost_.emplace(module, time_us); }
-  /// The first 1000 changes, in order of time. `model` and `robot` are null without a description.
-  [[nodiscard]] std::vector<DockingFact> Facts(const model::Model* model,
-                                               const model::Robot* robot) const;
-  /// How many changes there were.
-  [[nodiscard]] int64_t count() const;
+  /// Tells `facts` of the first 1000 changes, in order of time, and how many there were. Its mates
+  /// sense a lost module no more, but nothing says that its connectors opened. `model` and `robot`
+  /// are null without a description.
+  void Tell(const model::Model* model, const model::Robot* robot, LogFacts* facts) const;
 
  private:
   /// A docking as its module senses it: own connector, the mate's module and connector.
@@ -46,7 +44,7 @@ class DockingChanges {
   struct Module {
     std::string name;
     int64_t time_us = -1;
-    std::set<Docking> dockings;
+    std::vector<morphbus::docked_connector_t> docked;
   };
   /// One docking that came or went.
   struct Change {
@@ -57,13 +55,12 @@ class DockingChanges {
   };
   void Note(int module, int64_t time_us, bool docked, const Docking& docking);
   /// Whether the change only shows that one of the two modules was lost.
-  [[nodiscard]] bool OfLoss(const Change& change) const;
+  [[nodiscard]] bool OfLoss(const Change& change, const LogFacts& facts) const;
   /// MODULE.CONNECTOR, by the numbers of both.
   [[nodiscard]] std::string Name(const model::Model* model, const model::Robot* robot, int module,
                                  int connector) const;
 
   std::map<int, Module> modules_;
-  std::map<std::string, int64_t> lost_;
   std::vector<Change> changes_;
   int64_t count_ = 0;
 };

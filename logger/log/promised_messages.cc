@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "bridge/observe/clock_commands.h"
 #include "bridge/wire/channels.h"
 
 namespace morphbus::logger {
@@ -22,14 +21,7 @@ void PromisedMessages::TakeClock(const morphbus::sim_clock_t& clock) {
   sensors_parts_ = clock.num_sensors_parts;
   world_parts_ = clock.num_world_parts;
   tick_us_ = clock.tick_us;
-  for (const bridge::ControlCommand& command : bridge::CommandsIn(clock)) {
-    if (command.kind != bridge::ControlKind::kLose) continue;
-    lost_.emplace(command.part.module, clock.header.tick);
-  }
-  // The CLOCK that ends a run carries the tick after the last one.
-  if (clock.phase == morphbus::sim_clock_t::PHASE_END) {
-    end_tick_ = clock.header.tick;
-  } else {
+  if (clock.phase != morphbus::sim_clock_t::PHASE_END) {
     num_ticks_ = std::max(num_ticks_, clock.header.tick + 1);
   }
 }
@@ -83,7 +75,7 @@ void PromisedMessages::Judge(bool realtime, int64_t time_us, LogFacts* facts) co
   };
 
   // END, the CLOCK that ends the run and the other CLOCKs agree on the number of ticks.
-  const int64_t ticks = std::max({num_ticks_, end_tick_, facts->end->num_ticks});
+  const int64_t ticks = std::max({num_ticks_, facts->end_tick, facts->end->num_ticks});
   if (facts->end->num_ticks != ticks) {
     damage(fmt::format("END counts {} ticks, CLOCK {}", facts->end->num_ticks, ticks));
   }
@@ -107,8 +99,11 @@ void PromisedMessages::Judge(bool realtime, int64_t time_us, LogFacts* facts) co
     // Modules count their STATUS in any mode; only in lockstep they answer to every tick.
     promise(module, Topic::kStatus, status == status_counts_.end() ? 0 : status->second);
     if (realtime) continue;
-    const auto lost = lost_.find(module);
-    const int64_t answers = lost == lost_.end() ? ticks : std::min(ticks, lost->second);
+    // A lost module publishes nothing from the tick on in which the run goes on without it.
+    const auto lost = facts->lost_modules.find(module);
+    const int64_t answers = lost == facts->lost_modules.end() || tick_us_ == 0
+                                ? ticks
+                                : std::min(ticks, lost->second / tick_us_);
     promise(module, Topic::kTransform, answers);
     promise(module, Topic::kActuator, answers);
   }

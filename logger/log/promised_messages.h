@@ -33,11 +33,11 @@ class PromisedMessages {
   void TakePlace(const std::string& channel, const morphbus::header_t& header, int64_t parts,
                  int64_t part);
 
-  /// Adds what is promised and not there to `facts`: missing messages as losses of their channel,
-  /// and contradictions as damage at sim time `time_us` (µs) and file offset 0, since they have no
-  /// one place. It says nothing of a run that did not end cleanly: what its last ticks should have
-  /// held is not known. `realtime`: modules may leave out ticks, and their numbers need not be the
-  /// ticks'.
+  /// Adds what is promised and not there to `facts`, which has the run's END, last tick and lost
+  /// modules: missing messages as losses of their channel, and contradictions as damage at sim time
+  /// `time_us` (µs) and file offset 0, since they have no one place. It says nothing of a run that
+  /// did not end cleanly: what its last ticks should have held is not known. `realtime`: modules
+  /// may leave out ticks, and their numbers need not be the ticks'.
   void Judge(bool realtime, int64_t time_us, LogFacts* facts) const;
 
  private:
@@ -51,8 +51,6 @@ class PromisedMessages {
 
   /// One more than the last control tick that CLOCK named.
   int64_t num_ticks_ = 0;
-  /// Tick of the CLOCK that ends the run, one more than the last control tick; -1 if there is none.
-  int64_t end_tick_ = -1;
   /// Length of a control tick, µs of sim time; 0 before the first CLOCK.
   int32_t tick_us_ = 0;
   /// Modules in the run; -1 before the first CLOCK.
@@ -62,8 +60,6 @@ class PromisedMessages {
   int64_t world_parts_ = 0;
   /// True once CLOCK changed what must be constant.
   bool clock_varies_ = false;
-  /// Modules that the run goes on without, and the first tick of which they publish nothing.
-  std::map<std::string, int64_t> lost_;
   /// How many times SENSORS named a module, by module: once a tick.
   std::map<std::string, int64_t> readings_;
   /// How many STATUS a module said it had published, by module.

@@ -60,9 +60,9 @@ Result<std::unique_ptr<Replayer>> Replayer::Open(const std::string& path, Replay
       new Replayer(std::move(*reader), options, std::move(*channels)));
   if (options.to_s >= 0) replayer->end_us_ = Micros(options.to_s);
   // One look at the whole file: which runs are in it, does it have sim time, what is damaged?
-  LogEvent event;
+  Event event;
   int64_t events = 0;
-  while (replayer->reader_->Next(&event)) {
+  while (replayer->Read(&event)) {
     ++events;
     replayer->Survey(event);
   }
@@ -98,20 +98,26 @@ void Replayer::PublishLent() {
   }
 }
 
+bool Replayer::Read(Event* event) {
+  if (!reader_->Next(event)) return false;
+  event->name = bridge::ParseChannel(event->channel);
+  const auto message = bridge::OpenMessage(event->channel, event->data.data(), event->data.size());
+  event->message = message ? std::optional(*message) : std::nullopt;
+  return true;
+}
+
 /// Takes what there is to know of the file before any of its events goes out.
-void Replayer::Survey(const LogEvent& event) {
-  const auto name = bridge::ParseChannel(event.channel);
-  const auto message = bridge::OpenMessage(event.channel, event.data.data(), event.data.size());
-  if (name && !message) ++progress_.damaged_messages;
-  if (name && runs_.size() < kMaxRuns) runs_.emplace(name->run);
-  if (name && first_run_.empty()) first_run_ = name->run;
+void Replayer::Survey(const Event& event) {
+  if (event.name && !event.message) ++progress_.damaged_messages;
+  if (event.name && runs_.size() < kMaxRuns) runs_.emplace(event.name->run);
+  if (event.name && first_run_.empty()) first_run_ = event.name->run;
   // The first message with sim time makes sim time the replay's time.
-  if (name && bridge::IsHashed(name->topic)) {
+  if (event.OfTick()) {
     // Timestamps counted only until now; sim time decides from here on.
     if (!has_sim_time_) progress_.end_s = 0.0;  // so far by timestamps
     has_sim_time_ = true;
-    if (message) {
-      progress_.end_s = std::max(progress_.end_s, Seconds(message->header.sim_time_us));
+    if (event.message) {
+      progress_.end_s = std::max(progress_.end_s, Seconds(event.message->header.sim_time_us));
     }
   }
   // Without sim time, the end is told by the timestamps of the file.
@@ -194,7 +200,7 @@ void Replayer::AddListener(const std::string& name) {
 }
 
 /// Moves log_time_us_ on to the event's time: sim time of hashed channels, else the timestamp.
-void Replayer::TakeSimTime(const LogEvent& event) {
+void Replayer::TakeSimTime(const Event& event) {
   // A log without sim time is paced by its timestamps, counted from the first one.
   if (!has_sim_time_) {
     if (!first_stamp_us_) first_stamp_us_ = event.timestamp_us;
@@ -205,9 +211,8 @@ void Replayer::TakeSimTime(const LogEvent& event) {
     return;
   }
   // Only messages in the run's hash carry the sim time of the tick they belong to.
-  const auto message = bridge::OpenMessage(event.channel, event.data.data(), event.data.size());
-  if (!message || !bridge::IsHashed(message->name.topic)) return;
-  const morphbus::header_t& header = message->header;
+  if (!event.message || !event.OfTick()) return;
+  const morphbus::header_t& header = event.message->header;
   if (log_time_us_ != kEarliestSimTime && header.sim_time_us < log_time_us_ - kRestartUs) {
     // Another run, or a concatenated log: time starts again.
     log_time_us_ = header.sim_time_us;
@@ -219,16 +224,15 @@ void Replayer::TakeSimTime(const LogEvent& event) {
 }
 
 /// Whether the event goes out: not withheld, in the range, and of a wanted channel.
-bool Replayer::Wanted(const LogEvent& event) {
+bool Replayer::Wanted(const Event& event) {
   // What would disturb a live run stays in the file, whatever the user asked for.
-  const auto name = bridge::ParseChannel(event.channel);
-  if (name && !IsReplayed(name->topic)) {
+  if (event.name && !IsReplayed(event.name->topic)) {
     ++progress_.withheld;
     return false;
   }
   // INFO says what the rest means, so it goes out in any range; a range from 0 or below includes
   // what stands before the first sim time.
-  const bool is_info = name && name->topic == Topic::kInfo;
+  const bool is_info = event.Is(Topic::kInfo);
   const bool begun =
       log_time_us_ >= Micros(options_.from_s) || (has_sim_time_ && options_.from_s <= 0);
   const bool in_range = is_info || (begun && log_time_us_ < end_us_);
@@ -247,7 +251,7 @@ bool Replayer::Wanted(const LogEvent& event) {
 /// is read, too: in concatenated logs another run may follow.
 bool Replayer::ReadNext() {
   if (has_next_) return true;
-  while (reader_->Next(&next_)) {
+  while (Read(&next_)) {
     TakeSimTime(next_);
     LookForCommands(next_);
     if (!Wanted(next_)) continue;
@@ -257,8 +261,6 @@ bool Replayer::ReadNext() {
                                                      : std::min(log_time_us_, end_us_);
     // The description that goes out again after a seek is due there, too.
     next_time_us_ = std::max(next_time_us_, seek_us_);
-    const auto name = bridge::ParseChannel(next_.channel);
-    next_is_info_ = name && name->topic == Topic::kInfo;
     has_next_ = true;
     return true;
   }
@@ -284,17 +286,15 @@ bool Replayer::AllDelivered(int64_t now_us) {
   return !delivery_->Waiting(now_us);
 }
 
-void Replayer::LookForCommands(const LogEvent& event) {
+void Replayer::LookForCommands(const Event& event) {
   // Only those of the range; what a seek passes over is not replayed.
-  const auto name = bridge::ParseChannel(event.channel);
-  if (!name || name->topic != Topic::kClock) return;
+  if (!event.message || !event.Is(Topic::kClock)) return;
   if (log_time_us_ < std::max(Micros(options_.from_s), seek_us_) || log_time_us_ >= end_us_) return;
-  const auto message = bridge::OpenMessage(event.channel, event.data.data(), event.data.size());
-  if (!message || message->header.sequence <= clock_sequence_) return;
-  const auto clock = bridge::DecodeAs<morphbus::sim_clock_t>(*message);
+  const morphbus::header_t& header = event.message->header;
+  if (header.sequence <= clock_sequence_) return;
+  const auto clock = bridge::DecodeAs<morphbus::sim_clock_t>(*event.message);
   if (!clock) return;
-  clock_sequence_ = message->header.sequence;
-  const morphbus::header_t& header = message->header;
+  clock_sequence_ = header.sequence;
   for (const std::string& text : clock->controls) {
     ahead_.push_back({header.tick, header.sim_time_us, text});
   }
@@ -398,7 +398,7 @@ std::optional<int64_t> Replayer::Play(int64_t now_us) {
       if (step_begins_) step_us_ = next_time_us_;
       stepping_ = next_time_us_ == step_us_;
       if (!stepping_) continue;
-      step_begins_ = step_begins_ && next_is_info_;
+      step_begins_ = step_begins_ && next_.Is(Topic::kInfo);
       Publish();
       continue;
     }

@@ -18,6 +18,8 @@
 
 #include "bridge/bus/bus.h"
 #include "bridge/lockstep/participant.h"
+#include "bridge/observe/run_message.h"
+#include "bridge/wire/channels.h"
 #include "compiler/base/name_pattern.h"
 #include "logger/log/event_log.h"
 #include "logger/log/replay_delivery.h"
@@ -133,17 +135,31 @@ class Replayer {
   /// First it listens for a live run, then it waits for listeners, then it plays.
   enum class State { kListening, kWaiting, kPlaying, kDone };
 
+  /// An event with what its channel's name and its header say; both refer to it.
+  struct Event : LogEvent {
+    /// Of a channel of a run.
+    std::optional<bridge::ChannelName> name;
+    /// If its header is sound.
+    std::optional<bridge::RunMessage> message;
+
+    [[nodiscard]] bool Is(bridge::Topic topic) const { return name && name->topic == topic; }
+    /// Whether it belongs to a tick, whose sim time sound ones have.
+    [[nodiscard]] bool OfTick() const { return name && bridge::IsHashed(name->topic); }
+  };
+
   Replayer(std::unique_ptr<EventLogReader> reader, ReplayOptions options, NamePattern channels);
+  /// Reads the next event of the file, which is valid until the next call; false at its end.
+  bool Read(Event* event);
   /// Learns from one event what must be known before any goes out: runs, sim time, damage.
-  void Survey(const LogEvent& event);
+  void Survey(const Event& event);
   /// Finds the next event to publish; false at the end of the file.
   bool ReadNext();
   /// Goes back to the beginning of the file.
   void Rewind();
   /// True if the event goes out: not withheld, in the range, and of a wanted channel.
-  bool Wanted(const LogEvent& event);
+  bool Wanted(const Event& event);
   /// Takes the commands of a CLOCK that lies in the range, once each.
-  void LookForCommands(const LogEvent& event);
+  void LookForCommands(const Event& event);
   /// Those that were read up to here are passed now.
   void PassCommands();
   /// Sends the event that ReadNext() found.
@@ -160,7 +176,7 @@ class Replayer {
   /// Sends the lent description, if there is one.
   void PublishLent();
   /// Moves log_time_us_ on to the event's time.
-  void TakeSimTime(const LogEvent& event);
+  void TakeSimTime(const Event& event);
   /// Paces what follows from here: the next event is due at `now_us`.
   void Anchor(int64_t now_us);
   /// Advance() in the state kPlaying.
@@ -206,10 +222,8 @@ class Replayer {
   std::vector<std::vector<uint8_t>> lent_parts_;
   std::string lent_channel_;
   /// The event that is to go out next, if has_next_.
-  LogEvent next_;
+  Event next_;
   bool has_next_ = false;
-  /// Whether it is a part of the description.
-  bool next_is_info_ = false;
   /// Its replay time, µs.
   int64_t next_time_us_ = 0;
   /// Commands that were read and not passed yet, and those that were passed and not taken.

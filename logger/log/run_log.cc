@@ -107,8 +107,7 @@ class Loader : private bridge::RunMessageHandler {
       facts_.problems.push_back("the log does not hold the run's whole description (INFO)");
     }
     NoteOtherVersion();
-    facts_.dockings = dockings_.Facts(log_.model.get(), log_.robot);
-    facts_.num_dockings = dockings_.count();
+    dockings_.Tell(log_.model.get(), log_.robot, &facts_);
     promised_.Judge(facts_.mode == "realtime", now_us_, &facts_);
     series_.Finish(&log_);
     return {};
@@ -206,10 +205,8 @@ class Loader : private bridge::RunMessageHandler {
     promised_.TakeClock(clock);
     const int64_t time_us = clock.header.sim_time_us;
     for (const bridge::ControlCommand& command : bridge::CommandsIn(clock)) {
-      if (command.kind == bridge::ControlKind::kLose) {
+      if (command.kind == bridge::ControlKind::kLose)
         facts_.lost_modules.emplace(command.part.module, time_us);
-        dockings_.Lose(command.part.module, time_us);
-      }
       // After a new program it counts how the robot stands.
       if (command.kind != bridge::ControlKind::kDeploy) continue;
       tilts_.KeepOn();
@@ -228,23 +225,23 @@ class Loader : private bridge::RunMessageHandler {
   }
 
   /// SENSORS names the modules and says what each senses.
-  void OnSensors(const bridge::RunMessage& /*message*/, morphbus::sensors_t&& sensors) override {
+  void OnSensors(const bridge::RunMessage& message, morphbus::sensors_t&& sensors) override {
     promised_.TakeSensors(sensors);
     deployed_.Take(sensors, &log_.deployed);
     for (const morphbus::module_sensors_t& reading : sensors.modules) {
       series_.Module(reading.name).id = reading.module_id;
       dockings_.Take(reading, sensors.header.sim_time_us);
     }
-    if (options_.series) series_.TakeSensors(std::move(sensors));
+    if (options_.series) series_.OnSensors(message, std::move(sensors));
   }
 
-  void OnWorld(const bridge::RunMessage& /*message*/, morphbus::world_t&& world) override {
+  void OnWorld(const bridge::RunMessage& message, morphbus::world_t&& world) override {
     tilts_.Take(world);
-    if (options_.series) series_.TakeWorld(std::move(world));
+    if (options_.series) series_.OnWorld(message, std::move(world));
   }
 
   void OnActuator(const bridge::RunMessage& message, morphbus::actuator_t&& actuator) override {
-    series_.TakeActuator(message.name.process, std::move(actuator));
+    series_.OnActuator(message, std::move(actuator));
   }
 
   /// STATUS says what a module is, and which faults its program had.

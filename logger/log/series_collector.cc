@@ -61,7 +61,12 @@ ModuleSeries& SeriesCollector::Module(std::string_view name) {
   return series;
 }
 
-void SeriesCollector::TakeSensors(morphbus::sensors_t&& sensors) {
+bool SeriesCollector::Decodes(const bridge::RunMessage& message) {
+  return message.name.topic != bridge::Topic::kTransform;
+}
+
+void SeriesCollector::OnSensors(const bridge::RunMessage& /*message*/,
+                                morphbus::sensors_t&& sensors) {
   for (morphbus::module_sensors_t& reading : sensors.modules) {
     // Velocities are floats on the wire, and doubles in a series.
     const std::vector<float>& velocity = reading.joint_velocity_si;
@@ -73,12 +78,14 @@ void SeriesCollector::TakeSensors(morphbus::sensors_t&& sensors) {
   }
 }
 
-void SeriesCollector::TakeActuator(std::string_view module, morphbus::actuator_t&& actuator) {
-  Module(module).actuators.push_back(
-      {actuator.header.sim_time_us, std::move(actuator.joints), std::move(actuator.connectors)});
+void SeriesCollector::OnActuator(const bridge::RunMessage& message,
+                                 morphbus::actuator_t&& actuator) {
+  Module(message.name.process)
+      .actuators.push_back({actuator.header.sim_time_us, std::move(actuator.joints),
+                            std::move(actuator.connectors)});
 }
 
-void SeriesCollector::TakeWorld(morphbus::world_t&& world) {
+void SeriesCollector::OnWorld(const bridge::RunMessage& /*message*/, morphbus::world_t&& world) {
   world_.push_back({world.header.sim_time_us, std::move(world.bodies), std::move(world.contacts)});
 }
 
@@ -88,7 +95,6 @@ void SeriesCollector::TakeTransform(const bridge::RunMessage& message, bool only
   const bool changed = transforms.empty() || transforms.back().role != said.role ||
                        (!transforms.back().has_pose && said.has_pose);
   if (only_changes && !changed) return;
-  // Poses are most of a log, so that only these bytes are read and not the whole message.
   transforms.push_back({message.header.sim_time_us, said.role, said.has_pose, said.pose_stale,
                         bridge::LinkPosesOf(message)});
 }

@@ -18,20 +18,23 @@
 namespace morphbus::logger {
 
 /// Gathers samples by module and by sim time, and becomes the series of a RunLog in the end. Times
-/// are µs of sim time since the run's start. What comes twice counts once.
-class SeriesCollector {
+/// are µs of sim time since the run's start. What comes twice counts once. Of TRANSFORM only single
+/// fields are read, for poses are most of a log.
+class SeriesCollector : public bridge::RunMessageHandler {
  public:
   /// The series of a module, empty when it is first heard of. The reference is valid until
   /// Finish().
   ModuleSeries& Module(std::string_view name);
 
   // A message that is sound becomes samples. Bodies of one instant come in several of WORLD.
-  void TakeSensors(morphbus::sensors_t&& sensors);
-  void TakeActuator(std::string_view module, morphbus::actuator_t&& actuator);
-  void TakeWorld(morphbus::world_t&& world);
+  bool Decodes(const bridge::RunMessage& message) override;
+  void OnChecked(const bridge::RunMessage& message) override { TakeTransform(message, false); }
+  void OnSensors(const bridge::RunMessage& message, morphbus::sensors_t&& sensors) override;
+  void OnActuator(const bridge::RunMessage& message, morphbus::actuator_t&& actuator) override;
+  void OnWorld(const bridge::RunMessage& message, morphbus::world_t&& world) override;
   /// A TRANSFORM, by its bytes. `only_changes`: it is left out unless a role is taken with it or it
   /// is the first with poses after that.
-  void TakeTransform(const bridge::RunMessage& message, bool only_changes = false);
+  void TakeTransform(const bridge::RunMessage& message, bool only_changes);
   /// A control tick began at this time; one that is told of twice counts once.
   void AddTick(int64_t time_us) { ticks_.insert(time_us); }
   /// How many control ticks were told of.

@@ -51,10 +51,15 @@ void SeriesReader::Take(const LogEvent& event) {
   if (!of_sim && !of_module) return;
   bridge::RunMessage message{
       {log_.facts.run, channel->process, topic}, {}, event.data.data(), event.data.size()};
-  // The outline has checked every message: of a log without damage all of them are sound.
+  // The outline has checked every message: of a log without damage all of them are sound, and a
+  // TRANSFORM needs no second look.
   if (log_.facts.num_damage == 0) {
     message.header.sim_time_us = bridge::SimTimeOf(message);
-    if (!Decodes(message)) return OnChecked(message);
+    if (topic == Topic::kTransform) {
+      ahead_.OnChecked(message);
+      now_us_ = std::max(now_us_, message.header.sim_time_us);
+      return;
+    }
   } else {
     // Of a damaged log each message is looked at again, and those of other models are left out.
     const uint64_t model_hash = log_.facts.model_hash;
@@ -62,28 +67,8 @@ void SeriesReader::Take(const LogEvent& event) {
     if (model_hash != 0 && static_cast<uint64_t>(message.header.model_hash) != model_hash) return;
   }
   // A message that does not decode has no sample, as in the outline.
-  if (bridge::ReadMessage(message, this)) now_us_ = std::max(now_us_, message.header.sim_time_us);
-}
-
-bool SeriesReader::Decodes(const bridge::RunMessage& message) {
-  return message.name.topic != Topic::kTransform;
-}
-
-void SeriesReader::OnChecked(const bridge::RunMessage& message) {
+  if (!bridge::ReadMessage(message, &ahead_)) return;
   now_us_ = std::max(now_us_, message.header.sim_time_us);
-  ahead_.TakeTransform(message);
-}
-
-void SeriesReader::OnSensors(const bridge::RunMessage& /*message*/, morphbus::sensors_t&& sensors) {
-  ahead_.TakeSensors(std::move(sensors));
-}
-
-void SeriesReader::OnActuator(const bridge::RunMessage& message, morphbus::actuator_t&& actuator) {
-  ahead_.TakeActuator(message.name.process, std::move(actuator));
-}
-
-void SeriesReader::OnWorld(const bridge::RunMessage& /*message*/, morphbus::world_t&& world) {
-  ahead_.TakeWorld(std::move(world));
 }
 
 }  // namespace morphbus::logger

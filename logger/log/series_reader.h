@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "bridge/observe/run_channels.h"
-#include "bridge/observe/run_message.h"
 #include "logger/log/event_log.h"
 #include "logger/log/run_log.h"
 #include "logger/log/series_collector.h"
@@ -14,7 +13,7 @@ namespace morphbus::logger {
 
 /// Goes once through the file of a log that was loaded as an outline. ReadUntil() may run in a
 /// thread of its own while somebody uses what Install() put into the log before.
-class SeriesReader : private bridge::RunMessageHandler {
+class SeriesReader {
  public:
   /// Opens the log's file again. `log` is an outline (RunLogOptions::outline) and outlives the
   /// reader.
@@ -30,12 +29,6 @@ class SeriesReader : private bridge::RunMessageHandler {
  private:
   SeriesReader(RunLog* log, std::unique_ptr<EventLogReader> reader);
   void Take(const LogEvent& event);
-
-  bool Decodes(const bridge::RunMessage& message) override;
-  void OnChecked(const bridge::RunMessage& message) override;
-  void OnSensors(const bridge::RunMessage& message, morphbus::sensors_t&& sensors) override;
-  void OnActuator(const bridge::RunMessage& message, morphbus::actuator_t&& actuator) override;
-  void OnWorld(const bridge::RunMessage& message, morphbus::world_t&& world) override;
 
   RunLog& log_;
   std::unique_ptr<EventLogReader> reader_;

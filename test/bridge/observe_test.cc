@@ -201,6 +201,20 @@ TEST(RunClockTest, CommandsHoldTheRunSetItsSpeedAndLoseModules) {
   EXPECT_FALSE(clock.ended());
 }
 
+TEST(RunClockTest, ARunWhoseClockComesAgainHoldsStill) {
+  RunClock clock;
+  morphbus::sim_clock_t tick{};
+  tick.header.tick = 7;
+  clock.Take(tick);
+  clock.Repeat();
+  EXPECT_FALSE(clock.paused()) << "the bus may have doubled it";
+  clock.Repeat();
+  EXPECT_TRUE(clock.paused());
+  tick.header.tick = 8;
+  clock.Take(tick);
+  EXPECT_FALSE(clock.paused());
+}
+
 TEST(ProgramWordsTest, TheRunsOwnProgramHasItsFileAlsoWithoutItsImage) {
   const auto run = std::make_shared<RunModel>();
   run->program_hash = 7;

@@ -21,8 +21,6 @@ namespace {
 constexpr double kDescriptionPatience = 5.0, kAskEvery = 0.5;
 /// Seconds between two tellings of the channels' rates.
 constexpr double kCountsEvery = 1.0;
-/// The sim repeats CLOCK twice a second while it holds still.
-constexpr int kRepeatsOfStandstill = 2;
 
 /// Asks for the description of a run on the bus, and puts it together from what comes. An empty
 /// `run` is the first that says anything.
@@ -219,15 +217,10 @@ void LiveSource::Open(bridge::SessionHub* server, size_t first_channel, bool tel
 void LiveSource::OnMessage(std::string_view channel, const uint8_t* data, size_t size) {
   // All channels are counted, those that viewers are not told of among them.
   rates_.Take(channel, data, size, timer_.seconds());
-  const int64_t tick = converter_->tick();
   const bool sound = converter_->Take(channel, data, size, sink_);
   if (sound) present_.Take(channel, data, size);
   if (!channel.ends_with("/SIM/CLOCK")) return;
-  // Who begins to listen while the run holds has not heard the command to pause.
-  // Each new tick clears the suspicion.
-  clock_repeats_ = converter_->tick() == tick ? clock_repeats_ + 1 : 0;
-  server_->SetParameter(Parameter("paused"),
-                        converter_->paused() || clock_repeats_ >= kRepeatsOfStandstill);
+  server_->SetParameter(Parameter("paused"), converter_->paused());
   server_->SetParameter(Parameter("speed"), converter_->speed());
 }
 

@@ -60,7 +60,6 @@ class LiveSource : public MonitorSource {
   ChannelRates rates_;
   WallTimer timer_;
   double next_counts_s_ = 1.0;  ///< When the channels' rates are told next, on `timer_`.
-  int clock_repeats_ = 0;       ///< How often CLOCK has come again without a new tick.
 };
 
 }  // namespace morphbus::tools
