@@ -28,7 +28,11 @@ Result<void> ModuleImages::AddKinematics(const std::string& name, std::vector<ui
   Kinematics& entry = kinematics_[name];
   entry.bytes = std::move(bytes);
   const auto size = static_cast<uint32_t>(entry.bytes.size());
-  return ToResult(name, vm::VerifyKinematics(entry.bytes.data(), size, &entry.verified));
+  Result<void> sound =
+      ToResult(name, vm::VerifyKinematics(entry.bytes.data(), size, &entry.verified));
+  // A type without a sound image is one that nobody knows.
+  if (!sound) kinematics_.erase(name);
+  return sound;
 }
 
 const vm::VerifiedKinematics* ModuleImages::FindKinematics(const std::string& name) const {

@@ -414,6 +414,27 @@ TEST(Outward, ACopyGoesOnAsItsOriginalDoes) {
   for (size_t i = 0; i < a.sent.size(); ++i) EXPECT_EQ(a.sent[i].bytes, b.sent[i].bytes);
 }
 
+TEST(Outward, OfADescriptionWhatCannotBeUsedIsLeftOut) {
+  proto::RunDescription description;
+  ASSERT_TRUE(description.ParseFromString(test::SyntheticDescription("one", "synth")));
+  proto::KinematicsImage& image = *description.add_kinematics();
+  image.set_type_name("Seg");
+  image.set_image("damaged");
+  const auto without_images = ReadRunWithRobot(description.SerializeAsString());
+  ASSERT_TRUE(without_images.has_value());
+  EXPECT_FALSE((*without_images)->has_program);
+  EXPECT_EQ((*without_images)->images.FindKinematics("Seg"), nullptr);
+  EXPECT_NE((*without_images)->images_problem, "");
+  // A log can be read without its robot, and viewers have nothing to show.
+  description.set_robot("another");
+  const auto without_robot = ReadRunModel(description.SerializeAsString());
+  ASSERT_TRUE(without_robot.has_value());
+  EXPECT_EQ((*without_robot)->robot, nullptr);
+  EXPECT_EQ((*without_robot)->run, "synth");
+  EXPECT_EQ((*without_robot)->problem, "the model in the description has no robot 'another'");
+  EXPECT_FALSE(ReadRunWithRobot(description.SerializeAsString()).has_value());
+}
+
 TEST(Outward, ADescriptionThatIsNoneIsRefused) {
   EXPECT_FALSE(ReadRunWithRobot("").has_value());
   std::string bytes = test::SyntheticDescription("one", "synth");
