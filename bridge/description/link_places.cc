@@ -31,8 +31,6 @@ void Join(int a, int link_a, int b, int link_b, const model::Pose& X_AB,
   (*neighbours)[b][link_b].push_back({a, link_a, Inverse(X)});
 }
 
-bool IsIndex(int i, size_t size) { return i >= 0 && static_cast<size_t>(i) < size; }
-
 /// Which links are rigid with which. All link frames of a module are one at joint values 0, for
 /// which X_AB of a docking is given, so it is also the pose of the one link in the other.
 template <class Pose>

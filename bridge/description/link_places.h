@@ -25,6 +25,16 @@ LinkPose operator*(const LinkPose& X_AB, const LinkPose& X_BC);
 LinkPose Inverse(const LinkPose& X_AB);
 /// The same pose, its rotation normalized.
 LinkPose ToLinkPose(const model::Pose& X);
+/// The pose that a message holds, to the bit; its rotation may be off length 1 by rounding.
+template <class PoseMessage>
+LinkPose LinkPoseIn(const PoseMessage& message) {
+  const auto* p = message.position_m;
+  const auto* q = message.orientation_wxyz;
+  return {{p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}};
+}
+
+/// Whether a number, of a message perhaps, is one of a list of so many.
+inline bool IsIndex(int i, size_t size) { return i >= 0 && static_cast<size_t>(i) < size; }
 
 /// The same pose, as one of the two types.
 template <class Pose>

@@ -1,8 +1,19 @@
 #include "bridge/observe/run_clock.h"
 
-#include "bridge/observe/clock_commands.h"
+#include <utility>
+
+#include "bridge/control/control_command.h"
 
 namespace morphbus::bridge {
+
+std::vector<ControlCommand> CommandsIn(const morphbus::sim_clock_t& clock) {
+  std::vector<ControlCommand> commands;
+  for (const std::string& text : clock.controls) {
+    Result<ControlCommand> command = ParseControl(text);
+    if (command) commands.push_back(std::move(*command));
+  }
+  return commands;
+}
 
 void RunClock::Take(const morphbus::sim_clock_t& clock) {
   // Where the run is.

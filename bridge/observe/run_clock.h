@@ -6,8 +6,15 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 namespace morphbus::bridge {
+
+struct ControlCommand;
+
+/// The commands that a CLOCK names, in their order: they take effect in its tick. Those of a later
+/// version that cannot be read here are left out; as text they stand in the CLOCK.
+std::vector<ControlCommand> CommandsIn(const morphbus::sim_clock_t& clock);
 
 /// Follows a run by the CLOCKs that a listener hears, in their order. Everything but what commands
 /// did is as the last CLOCK has it.

@@ -136,7 +136,7 @@ void PairComparer::CompareStaleness(const Subject& modules) {
     counts.Add(a.time_us[i], static_cast<int>(std::abs(a.value[i] - b.value[j])));
   });
   if (!by_ticks_) counts = Lasting(std::move(counts));
-  Meter meter(&AddExactItem(modules.names, Quantity::kStaleness, ""));
+  Meter meter(&AddItem(modules.names, Quantity::kStaleness, ""));
   for (size_t i = 0; i < counts.value.size(); ++i) meter.Add(counts.time_us[i], counts.value[i]);
 }
 

@@ -215,9 +215,7 @@ void TimeMap::Add(int64_t b_us, int64_t a_us) {
 
 int64_t TimeMap::ToA(int64_t b_us) const {
   if (anchors_.empty()) return b_us;
-  const auto after =
-      std::upper_bound(anchors_.begin(), anchors_.end(), b_us,
-                       [](int64_t time, const Anchor& anchor) { return time < anchor.b_us; });
+  const auto after = std::ranges::upper_bound(anchors_, b_us, {}, &Anchor::b_us);
   // Before the first event its shift holds.
   const Anchor& anchor = after == anchors_.begin() ? *after : *(after - 1);
   const int64_t time_us = b_us + anchor.a_us - anchor.b_us;

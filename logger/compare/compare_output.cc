@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "logger/compare/comparer.h"
 #include "logger/compare/source_trace.h"
@@ -199,81 +198,10 @@ const char* VerdictName(Verdict verdict) {
   return kNames[static_cast<int>(verdict)];
 }
 
-const char* QuantityName(Quantity quantity) {
-  // They stand in the order of the enumeration.
-  static constexpr const char* kNames[] = {"role",
-                                           "propagated position",
-                                           "propagated rotation",
-                                           "staleness",
-                                           "simulated position",
-                                           "simulated rotation",
-                                           "joint angle",
-                                           "joint travel",
-                                           "joint velocity",
-                                           "joint effort",
-                                           "docking",
-                                           "command",
-                                           "speed limit",
-                                           "connector command",
-                                           "rest position",
-                                           "duration",
-                                           "event",
-                                           "drift in position",
-                                           "drift in rotation",
-                                           "gait cycle",
-                                           "forward a cycle",
-                                           "sideways a cycle",
-                                           "turn a cycle",
-                                           "height",
-                                           "duty",
-                                           "joint range",
-                                           "energy a cycle",
-                                           "cost of transport"};
-  return kNames[static_cast<int>(quantity)];
-}
-
-double Tolerances::*ToleranceOf(Quantity quantity, const std::string& unit) {
-  using Q = Quantity;
-  using T = Tolerances;
-  static const std::map<std::pair<Quantity, std::string>, double T::*> tolerances = {
-      {{Q::kRole, "s"}, &T::role_s},
-      {{Q::kPropagatedPosition, "m"}, &T::propagated_m},
-      {{Q::kPropagatedRotation, "rad"}, &T::propagated_rad},
-      {{Q::kSimulatedPosition, "m"}, &T::simulated_m},
-      {{Q::kSimulatedRotation, "rad"}, &T::simulated_rad},
-      {{Q::kJointAngle, "rad"}, &T::angle_rad},
-      {{Q::kJointTravel, "m"}, &T::travel_m},
-      {{Q::kJointVelocity, "rad/s"}, &T::velocity_rad_s},
-      {{Q::kJointVelocity, "m/s"}, &T::velocity_m_s},
-      {{Q::kJointEffort, "N m"}, &T::effort_n_m},
-      {{Q::kJointEffort, "N"}, &T::effort_n},
-      {{Q::kCommand, "rad"}, &T::command_rad},
-      {{Q::kCommand, "m"}, &T::command_m},
-      {{Q::kSpeedLimit, "rad/s"}, &T::command_rad},
-      {{Q::kSpeedLimit, "m/s"}, &T::command_m},
-      {{Q::kRestPosition, "m"}, &T::propagated_m},
-      {{Q::kEvent, "s"}, &T::event_s},
-      {{Q::kDriftPosition, "m"}, &T::drift_m},
-      {{Q::kDriftRotation, "rad"}, &T::drift_rad},
-      {{Q::kCycle, "s"}, &T::cycle_s},
-      {{Q::kForward, "m"}, &T::forward_m},
-      {{Q::kSideways, "m"}, &T::sideways_m},
-      {{Q::kTurn, "rad"}, &T::turn_rad},
-      {{Q::kHeight, "m"}, &T::height_m},
-      {{Q::kDuty, "share"}, &T::duty},
-      {{Q::kRange, "rad"}, &T::range_rad},
-      {{Q::kRange, "m"}, &T::range_m},
-      {{Q::kEnergy, "share"}, &T::energy},
-      {{Q::kTransport, "share"}, &T::transport}};
-  const auto found = tolerances.find({quantity, unit});
-  return found == tolerances.end() ? nullptr : found->second;
-}
-
 std::string RoleName(const std::string& role) { return role.empty() ? "(no role)" : role; }
 
 DisplayUnit DisplayUnitOf(const std::string& unit) {
   // Lengths are read in millimetres and angles in degrees; times stay in seconds.
-  constexpr double kDegrees = 180.0 / std::numbers::pi;
   if (unit == "m") return {"mm", 1e3};
   if (unit == "rad") return {"deg", kDegrees};
   if (unit == "m/s") return {"mm/s", 1e3};

@@ -138,11 +138,7 @@ class Comparer {
     FindEnd();
     for (ModulePair& pair : out_.matching.pairs) {
       pair.spans_b = RoleSpans(b_->modules[pair.b], out_.compared_until_us);
-      for (const RoleSpan& span : pair.spans_b) {
-        if (span.role != pair.role) continue;
-        pair.taken_b_us = span.begin_us;
-        break;
-      }
+      pair.taken_b_us = FirstTaken(pair.spans_b, pair.role).value_or(pair.taken_b_us);
     }
     // Runs of which most has no counterpart are not the same, whatever the rest says.
     const int64_t begin = std::max(a_.ticks_us.front(), b_->ticks_us.front());
@@ -160,7 +156,7 @@ class Comparer {
     for (const Unmatched& alone : out_.matching.unmatched) {
       const std::string& module = (alone.in_a ? a_ : *b_).modules[alone.module].name;
       const ItemNames names{alone.role, "", alone.in_a ? module : "", alone.in_a ? "" : module};
-      Item& item = comparer->AddExactItem(names, Quantity::kRole, "s");
+      Item& item = comparer->AddItem(names, Quantity::kRole, "s", true);
       item.detail = fmt::format("only {} has a module {} for it", alone.in_a ? "A" : "B", module);
       // The difference is the time from when it had the role, and never 0, so that it counts as
       // one.
@@ -285,7 +281,7 @@ class Comparer {
       return;
     }
     const bool a_longer = a_.ticks_us.back() > b_->ticks_us.back();
-    Item& item = comparer->AddExactItem({"(run)", "", "", ""}, Quantity::kDuration, "s");
+    Item& item = comparer->AddItem({"(run)", "", "", ""}, Quantity::kDuration, "s");
     item.detail = fmt::format("{} goes on after the other's end", a_longer ? "A" : "B");
     Meter(&item).Add(std::min(a_.ticks_us.back(), b_->ticks_us.back()), Seconds(difference));
   }
@@ -398,20 +394,6 @@ class Comparer {
 };
 
 }  // namespace
-
-const std::vector<QuantityGroup>& QuantityGroups() {
-  using Q = Quantity;
-  static const std::vector<QuantityGroup> groups = {
-      {"propagated", {Q::kPropagatedPosition, Q::kPropagatedRotation, Q::kStaleness}},
-      {"simulated",
-       {Q::kSimulatedPosition, Q::kSimulatedRotation, Q::kDriftPosition, Q::kDriftRotation,
-        Q::kForward, Q::kSideways, Q::kTurn, Q::kHeight, Q::kDuty, Q::kTransport}},
-      {"sensors",
-       {Q::kJointAngle, Q::kJointTravel, Q::kJointVelocity, Q::kJointEffort, Q::kDocking, Q::kRange,
-        Q::kEnergy}},
-      {"commands", {Q::kCommand, Q::kSpeedLimit, Q::kConnectorCommand, Q::kEvent}}};
-  return groups;
-}
 
 bool CommandsByTicks(const Comparison& comparison) {
   return comparison.level == Level::kSample && comparison.alignment.by_ticks;

@@ -17,53 +17,11 @@
 #include "logger/compare/gait.h"
 #include "logger/compare/kinematic_tracks.h"
 #include "logger/compare/matcher.h"
+#include "logger/compare/quantities.h"
 #include "logger/compare/tolerances.h"
 #include "logger/log/run_log.h"
 
 namespace morphbus::logger {
-
-/// What is measured. The unit is that of the item's difference.
-enum class Quantity {
-  kRole,                ///< s: when the role was taken, and what it resolved.
-  kPropagatedPosition,  ///< m
-  kPropagatedRotation,  ///< rad
-  kStaleness,           ///< 1 where only one module says that the root is silent.
-  kSimulatedPosition,   ///< m
-  kSimulatedRotation,   ///< rad
-  kJointAngle,          ///< rad
-  kJointTravel,         ///< m
-  kJointVelocity,       ///< rad/s or m/s
-  kJointEffort,         ///< N m or N
-  kDocking,             ///< Count of mates that only one module's sensors see.
-  kCommand,             ///< rad, rad/s, m or m/s
-  kSpeedLimit,          ///< rad/s or m/s: of a commanded target.
-  kConnectorCommand,    ///< Count of connector commands that only one module gave.
-  kRestPosition,        ///< m: the links do not lie at the same place at the start values.
-  kDuration,            ///< s: one run is longer.
-  kEvent,               ///< s: time from one event of a module to its next.
-  kDriftPosition,       ///< m: where the robot strayed to in the world.
-  kDriftRotation,       ///< rad
-  kCycle,               ///< s: how long a cycle of the gait takes.
-  kForward,             ///< m a cycle, in the direction in which the robot points.
-  kSideways,            ///< m a cycle, to the left.
-  kTurn,                ///< rad a cycle, to the left.
-  kHeight,              ///< m: lowest height of the trunk over the ground.
-  kDuty,                ///< Share of the cycle (0…1) that a foot is on the ground.
-  kRange,               ///< rad or m: between a joint's largest and smallest value in a cycle.
-  kEnergy,              ///< Share of the larger one: energy a cycle.
-  kTransport,           ///< Share of the larger one: cost of transport.
-};
-
-/// Quantities that a comparison may leave out together (`--without`), as for runs without a
-/// simulator.
-struct QuantityGroup {
-  /// The word by which the group is named.
-  const char* name;
-  std::vector<Quantity> quantities;
-};
-/// All groups: "propagated", "simulated", "sensors" and "commands". Roles, rest positions and the
-/// run's length are in none: they are always compared.
-const std::vector<QuantityGroup>& QuantityGroups();
 
 /// What of two runs is compared: every instant, or the figures of their gaits (gait.h).
 enum class Level { kSample, kGait };
@@ -75,7 +33,7 @@ struct CompareOptions {
   /// Tolerances that are not the defaults of this way of comparing; of those that fit, the last
   /// counts.
   std::vector<ToleranceEntry> tolerances;
-  /// Names of QuantityGroups that are not compared; other words are ignored.
+  /// Those of kQuantityGroups that are not compared; other words are ignored.
   std::set<std::string> without;
   /// A serialized description for files that hold none whole (RunLogOptions::description); read by
   /// CompareFiles alone.
@@ -229,12 +187,6 @@ std::string RoleName(const std::string& role);
 
 /// The word for a verdict, in text and JSON: "equivalent", "different" or "unusable".
 const char* VerdictName(Verdict verdict);
-/// The words for a quantity, in text and JSON, e.g. "joint angle".
-const char* QuantityName(Quantity quantity);
-/// The tolerance by which differences of a quantity in this unit are judged; null if none is
-/// tolerated whatever the options say.
-double Tolerances::*ToleranceOf(Quantity quantity, const std::string& unit);
-
 /// The unit in which people read values of one of Item's units: millimetres and degrees.
 struct DisplayUnit {
   /// "mm", "deg", "mm/s", "deg/s", "N m", "N", "s", "%" or empty.

@@ -42,12 +42,6 @@ std::vector<Command> CommandsIn(const ActuatorSample& sample, const std::vector<
   return commands;
 }
 
-/// The value of a key; -1 if there is none, as for an id in a damaged message.
-int ValueOf(const std::map<int, int>& values, int key) {
-  const auto found = values.find(key);
-  return found == values.end() ? -1 : found->second;
-}
-
 }  // namespace
 
 CountTrack CommandDifferences(const RunLog& a, const RunLog& b, const ModulePair& pair,
@@ -134,7 +128,7 @@ DockingComparer::Docking DockingComparer::See(const Side& side, const ModuleSeri
   const auto X_RL = [&](int m, int connector) -> const model::Pose& {
     return side.X_RL[m][side.log->model->TypeOf(robot, m).connectors[connector].link];
   };
-  return {ValueOf(side.pair_of_id, docked.mate_module),
+  return {IndexById(side.pair_of_id, docked.mate_module),
           X_RL(own, docked.connector) * *X_OwnMate * X_RL(mate, docked.mate_connector).inverse()};
 }
 

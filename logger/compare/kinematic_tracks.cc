@@ -73,6 +73,13 @@ std::vector<RoleSpan> RoleSpans(const ModuleSeries& module, int64_t end_us) {
   return spans;
 }
 
+std::optional<int64_t> FirstTaken(const std::vector<RoleSpan>& spans, const std::string& role) {
+  for (const RoleSpan& span : spans) {
+    if (span.role == role) return span.begin_us;
+  }
+  return std::nullopt;
+}
+
 JointSigns::JointSigns(const ModuleSeries& module, int joint) {
   for (const StatusSample& sample : module.status) {
     const auto& signs = sample.status.joint_sign;
@@ -207,7 +214,7 @@ SimulatedPoses::Structure SimulatedPoses::BuildStructure(const WorldSample& samp
   std::vector<std::pair<int, int>> bodies;
   for (const morphbus::body_pose_t& body : sample.bodies) {
     // Messages name modules by number, and the model by place.
-    bodies.emplace_back(ModelIndexOf(model_index_of_id_, body.module_id), body.link);
+    bodies.emplace_back(IndexById(model_index_of_id_, body.module_id), body.link);
   }
   return bridge::PlacesInBodies<model::Pose>(
       *log_.model, *log_.robot, DockingsAt(log_, model_index_of_id_, sample.time_us), bodies);
@@ -217,10 +224,9 @@ SimulatedPoses::Structure SimulatedPoses::BuildStructure(const WorldSample& samp
 std::optional<model::Pose> SimulatedPoses::X_WL(size_t sample, int module, int link) const {
   // Indices from messages and labels may be any number.
   const Structure& structure = structures_[structure_of_[sample]];
-  if (module < 0 || module >= static_cast<int>(structure.size())) return std::nullopt;
-  const auto& links = structure[module];
-  if (link < 0 || link >= static_cast<int>(links.size())) return std::nullopt;
-  const bridge::PlacedLink<model::Pose>& place = links[link];
+  if (!bridge::IsIndex(module, structure.size())) return std::nullopt;
+  if (!bridge::IsIndex(link, structure[module].size())) return std::nullopt;
+  const bridge::PlacedLink<model::Pose>& place = structure[module][link];
   if (place.body < 0) return std::nullopt;
   return ToPose(log_.world[sample].bodies[place.body]) * place.X_BL;
 }

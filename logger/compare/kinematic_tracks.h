@@ -83,6 +83,8 @@ struct RoleSpan {
 /// What a module was, from its STATUS messages, in order of time until `end_us` (sim time, µs).
 /// Empty if it never reported.
 std::vector<RoleSpan> RoleSpans(const ModuleSeries& module, int64_t end_us);
+/// When a role was taken first (sim time, µs); none if it never was.
+std::optional<int64_t> FirstTaken(const std::vector<RoleSpan>& spans, const std::string& role);
 
 /// By what a joint's values are multiplied over time, so that those of two runs can be compared: +1
 /// or -1. Two modules of one role may be mounted so that the same motion has opposite signs.

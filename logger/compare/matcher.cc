@@ -55,8 +55,7 @@ struct Holder {
 /// Where a module is in the robot frame at `time_us`, by its own account; at rest if it has none.
 Eigen::Vector3d PlaceAt(const Member& member, int64_t time_us) {
   const auto& transforms = member.module.transforms;
-  const auto earlier = [](const TransformSample& s, int64_t time) { return s.time_us < time; };
-  auto sample = std::lower_bound(transforms.begin(), transforms.end(), time_us, earlier);
+  auto sample = std::ranges::lower_bound(transforms, time_us, {}, &TransformSample::time_us);
   // A module that took its role before it knew its pose is placed by the first pose after that.
   while (sample != transforms.end() && !sample->has_pose) ++sample;
   const int num_links = static_cast<int>(member.type.links.size());
@@ -88,12 +87,7 @@ Holder HolderOf(const Side& side, int index, int64_t end_us) {
     longest = time;
     holder.role = role;
   }
-  for (const RoleSpan& span : holder.spans) {
-    if (!holder.role.empty() && span.role == holder.role) {
-      holder.taken_us = span.begin_us;
-      break;
-    }
-  }
+  if (!holder.role.empty()) holder.taken_us = *FirstTaken(holder.spans, holder.role);
   holder.place = PlaceAt(member, std::max<int64_t>(holder.taken_us, 0));
   return holder;
 }
@@ -173,8 +167,6 @@ JointPair MakeJointPair(const Member& a, const Member& b, const std::string& lab
   return {label, labelled, joint_a, joint_b, slides, convention, sign == 0 ? 1 : sign};
 }
 
-bool ValidIndex(int index, size_t size) { return index >= 0 && index < static_cast<int>(size); }
-
 /// Calls add(label, index_a, index_b) for what both resolved under one label; `count_a` and
 /// `count_b` are how many joints or links the module types have.
 template <class Add>
@@ -186,7 +178,7 @@ void PairLabels(const std::map<std::string, int>& in_a, size_t count_a,
     const auto found = in_b.find(label);
     if (found == in_b.end()) {
       pair->labels_missing_b.push_back(label);
-    } else if (ValidIndex(index_a, count_a) && ValidIndex(found->second, count_b)) {
+    } else if (bridge::IsIndex(index_a, count_a) && bridge::IsIndex(found->second, count_b)) {
       add(label, index_a, found->second);
     } else {
       pair->unpaired.push_back("label '" + label + "'");
@@ -305,8 +297,7 @@ void PairHolders(const Side& sa, const std::vector<Holder>& as, const Side& sb,
       candidates.push_back({std::round(distance / kTieM) * kTieM, i, j});
     }
   }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& x, const Candidate& y) { return x.distance < y.distance; });
+  std::ranges::stable_sort(candidates, {}, &Candidate::distance);
   // Each holder gets the nearest that is not taken yet.
   std::vector<int> mate_of(as.size(), -1);
   std::vector<bool> taken(bs.size(), false);

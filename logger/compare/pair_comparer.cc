@@ -70,22 +70,14 @@ PairComparer::PairComparer(const RunLog& a, const RunLog& b, const RunLog& own_b
       rest_a_(a.described->X_RL_start),
       rest_b_(b.described->X_RL_start),
       dockings_(a, b, out->matching) {
-  // What the options leave out, by what is judged, and whether one root spoke.
-  for (const QuantityGroup& group : QuantityGroups()) {
-    if (!options.without.contains(group.name)) continue;
-    unwanted_.insert(group.quantities.begin(), group.quantities.end());
-  }
+  // By what is judged, and whether one root spoke.
   if (!by_ticks_) tolerances_ = AlignedTolerances();
   window_us_ = std::llround(ToleranceFor({}, Quantity::kEvent, "s") * 1e6);
   // The first command of a role is dated from the time at which the role was taken, in B by B's own
   // clock.
   for (const ModulePair& pair : out->matching.pairs) {
-    own_taken_b_[&pair] = -1;
-    for (const RoleSpan& span : RoleSpans(own_b.modules[pair.b], own_b.ticks_us.back())) {
-      if (span.role != pair.role) continue;
-      own_taken_b_[&pair] = span.begin_us;
-      break;
-    }
+    const auto spans = RoleSpans(own_b.modules[pair.b], own_b.ticks_us.back());
+    own_taken_b_[&pair] = FirstTaken(spans, pair.role).value_or(-1);
   }
   first_tick_us_ = std::min(a.ticks_us.front(), b.ticks_us.front());
   same_root_ =
@@ -115,7 +107,10 @@ void PairComparer::BeginSlice(int64_t begin_us, int64_t end_us) {
 
 double PairComparer::ToleranceFor(const ItemNames& names, Quantity quantity,
                                   const std::string& unit) const {
-  double Tolerances::*which = ToleranceOf(quantity, unit);
+  double Tolerances::*which = nullptr;
+  for (const UnitTolerance& known : InfoOf(quantity).tolerances) {
+    if (known.unit == unit) which = known.which;
+  }
   if (which == nullptr) return 0.0;
   double tolerance = tolerances_.*which;
   for (const ToleranceEntry& entry : options_.tolerances) {
@@ -125,8 +120,13 @@ double PairComparer::ToleranceFor(const ItemNames& names, Quantity quantity,
   return tolerance < 0 ? Seconds(tick_us_) : tolerance;
 }
 
-Item& PairComparer::NextItem(const ItemNames& names, Quantity quantity, const std::string& unit,
-                             double tolerance) {
+bool PairComparer::Wanted(Quantity quantity) const {
+  const std::string group(InfoOf(quantity).group);
+  return group.empty() || !options_.without.contains(group);
+}
+
+Item& PairComparer::AddItem(const ItemNames& names, Quantity quantity, const std::string& unit,
+                            bool exact) {
   // Later stretches add to the items of the first one, in whose order they come.
   if (slice_ > 0) {
     MORPHBUS_CHECK(next_item_ < out_.items.size());
@@ -141,18 +141,9 @@ Item& PairComparer::NextItem(const ItemNames& names, Quantity quantity, const st
   item.module_a = names.module_a;
   item.module_b = names.module_b;
   item.unit = unit;
-  item.tolerance = tolerance;
+  item.tolerance = exact ? 0.0 : ToleranceFor(names, quantity, unit);
   out_.items.push_back(std::move(item));
   return out_.items.back();
-}
-
-Item& PairComparer::AddItem(const ItemNames& names, Quantity quantity, const std::string& unit) {
-  return NextItem(names, quantity, unit, ToleranceFor(names, quantity, unit));
-}
-
-Item& PairComparer::AddExactItem(const ItemNames& names, Quantity quantity,
-                                 const std::string& unit) {
-  return NextItem(names, quantity, unit, 0.0);
 }
 
 template <class Excused>
@@ -176,11 +167,6 @@ PairComparer::Lack PairComparer::LackAtTicks(const std::vector<int64_t>& a,
     if (lack.first_us < 0) lack.first_us = tick;
   }
   return lack;
-}
-
-PairComparer::Lack PairComparer::LackAtTicks(const std::vector<int64_t>& a,
-                                             const std::vector<int64_t>& b) const {
-  return LackAtTicks(a, b, [](int64_t, bool, bool) { return false; });
 }
 
 /// A module has poses once the root's have come to it, one module a tick, and from then on for as
@@ -394,7 +380,7 @@ void PairComparer::CompareJoint(const Subject& of, const JointPair& joint) {
 }
 
 void PairComparer::CompareCounts(const ItemNames& names, Quantity quantity, CountTrack counts) {
-  Item& item = AddExactItem(names, quantity, "");
+  Item& item = AddItem(names, quantity, "");
   // A count is there for the instants of which both logs have a sample, so that one row of times
   // stands for both.
   item.missing += LackAtTicks(counts.time_us, counts.time_us).instants;

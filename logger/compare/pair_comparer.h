@@ -62,13 +62,12 @@ class PairComparer {
   void Finish();
 
   /// Adds an item without samples, or finds that of an earlier stretch. Its tolerance is the one
-  /// that the options say for its quantity, role and label. The reference is valid until the next
-  /// item is added.
-  Item& AddItem(const ItemNames& names, Quantity quantity, const std::string& unit);
-  /// The same for what is never tolerated.
-  Item& AddExactItem(const ItemNames& names, Quantity quantity, const std::string& unit);
+  /// that the options say for its quantity, role and label, and 0 if it is `exact`. The reference
+  /// is valid until the next item is added.
+  Item& AddItem(const ItemNames& names, Quantity quantity, const std::string& unit,
+                bool exact = false);
   /// False for quantities that the options leave out.
-  [[nodiscard]] bool Wanted(Quantity quantity) const { return !unwanted_.contains(quantity); }
+  [[nodiscard]] bool Wanted(Quantity quantity) const;
 
  private:
   /// What two modules, and a joint or link of them, are compared by: their pair, their series, and
@@ -103,9 +102,6 @@ class PairComparer {
     Lack lack;
   };
 
-  /// The item that comes next: a new one in the first stretch, later that of the first.
-  Item& NextItem(const ItemNames& names, Quantity quantity, const std::string& unit,
-                 double tolerance);
   [[nodiscard]] double ToleranceFor(const ItemNames& names, Quantity quantity,
                                     const std::string& unit) const;
 
@@ -152,14 +148,13 @@ class PairComparer {
   [[nodiscard]] CountTrack Lasting(CountTrack counts) const;
   /// Where the runs are aligned, what is there within event_s of an instant is not lacking.
   [[nodiscard]] bool NearlyHas(const std::vector<int64_t>& times, int64_t time_us) const;
+  /// Nothing excuses what is lacking.
+  static bool NeverExcused(int64_t, bool, bool) { return false; }
   /// Counts the ticks of either log at which the rows of times `a` and `b` are not both there.
   /// `excused(tick, in_a, in_b)` says of such a tick that nothing need be there.
-  template <class Excused>
+  template <class Excused = decltype(NeverExcused)>
   [[nodiscard]] Lack LackAtTicks(const std::vector<int64_t>& a, const std::vector<int64_t>& b,
-                                 const Excused& excused) const;
-  /// The same with nothing excused.
-  [[nodiscard]] Lack LackAtTicks(const std::vector<int64_t>& a,
-                                 const std::vector<int64_t>& b) const;
+                                 const Excused& excused = NeverExcused) const;
   /// The same for propagated poses, which a module need not have before the root's can have come to
   /// it.
   [[nodiscard]] Lack LackOfPropagated(const ModulePair& pair, const PoseTrack& a,
@@ -177,7 +172,6 @@ class PairComparer {
   /// The defaults of this way of comparing.
   Tolerances tolerances_;
   Comparison& out_;
-  std::set<Quantity> unwanted_;
   /// True if values are compared at equal ticks, false if at rest (Alignment::by_ticks).
   bool by_ticks_ = true;
   /// The tolerance event_s, µs.

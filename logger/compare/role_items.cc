@@ -72,7 +72,7 @@ void PairComparer::CompareRole(const Subject& modules) {
   for (const auto& [missing, which] :
        {std::pair(&pair.labels_missing_a, "A"), std::pair(&pair.labels_missing_b, "B")}) {
     for (const std::string& label : *missing) {
-      Item& lacking = AddExactItem(SubjectOf(pair, label).names, Quantity::kRole, "s");
+      Item& lacking = AddItem(SubjectOf(pair, label).names, Quantity::kRole, "s", true);
       lacking.detail = fmt::format("{} did not resolve the label", which);
       Meter(&lacking).Add(std::max(pair.taken_a_us, pair.taken_b_us),
                           Seconds(out_.compared_until_us));

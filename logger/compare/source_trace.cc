@@ -14,37 +14,6 @@ namespace {
 
 using bridge::Topic;
 
-/// The message that carries a quantity; none for what is no message's.
-std::optional<Topic> CarrierOf(Quantity quantity) {
-  using Q = Quantity;
-  switch (quantity) {
-    case Q::kSimulatedPosition:
-    case Q::kSimulatedRotation:
-    case Q::kDriftPosition:
-    case Q::kDriftRotation:
-      return Topic::kWorld;
-    case Q::kJointAngle:
-    case Q::kJointTravel:
-    case Q::kJointVelocity:
-    case Q::kJointEffort:
-    case Q::kDocking:
-      return Topic::kSensors;
-    case Q::kRole:
-      return Topic::kStatus;
-    case Q::kPropagatedPosition:
-    case Q::kPropagatedRotation:
-    case Q::kStaleness:
-      return Topic::kTransform;
-    case Q::kCommand:
-    case Q::kSpeedLimit:
-    case Q::kConnectorCommand:
-    case Q::kEvent:
-      return Topic::kActuator;
-    default:
-      return std::nullopt;
-  }
-}
-
 /// Within a tick: the world is sensed, then modules report, tell each other and command.
 int OrderOf(Topic topic) {
   static constexpr Topic kOrder[] = {Topic::kWorld, Topic::kSensors, Topic::kStatus,
@@ -70,9 +39,7 @@ std::pair<const ModulePair*, const JointPair*> JointOf(const RunLog& a, const Ru
 
 /// Which command of the joint had begun at `time_us`, from 0; -1 before the first.
 int CommandAt(const std::vector<CommandStart>& starts, int64_t time_us) {
-  const auto after = std::upper_bound(
-      starts.begin(), starts.end(), time_us,
-      [](int64_t time, const CommandStart& start) { return time < start.time_us; });
+  const auto after = std::ranges::upper_bound(starts, time_us, {}, &CommandStart::time_us);
   return static_cast<int>(after - starts.begin()) - 1;
 }
 
@@ -105,7 +72,7 @@ std::optional<Trace> TraceDivergence(const RunLog& a, const RunLog& b,
   std::tuple<int64_t, int> earliest;
   for (size_t i = 0; i < comparison.items.size(); ++i) {
     const Item& item = comparison.items[i];
-    const std::optional<Topic> carrier = CarrierOf(item.quantity);
+    const std::optional<Topic> carrier = InfoOf(item.quantity).carrier;
     if (item.first_over_us < 0 || !carrier) continue;
     const std::tuple<int64_t, int> at(item.first_over_us, OrderOf(*carrier));
     if (first && at >= earliest) continue;
@@ -117,7 +84,7 @@ std::optional<Trace> TraceDivergence(const RunLog& a, const RunLog& b,
   Trace trace;
   trace.item = *first;
   const Item& item = comparison.items[*first];
-  const Topic carrier = *CarrierOf(item.quantity);
+  const Topic carrier = *InfoOf(item.quantity).carrier;
   // Where the message stands in both runs; WORLD and SENSORS are the simulator's.
   const bool of_sim = carrier == Topic::kWorld || carrier == Topic::kSensors;
   const auto place = [&](const RunLog& log, const std::string& module, TracedMessage* message) {

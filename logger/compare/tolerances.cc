@@ -66,8 +66,7 @@ class ToleranceReader {
     }
     ReadTable(parsed.table(), "*", "*", "role");
     // Tables of TOML are in order of their keys: the order of the text decides which entry counts.
-    std::stable_sort(found_.begin(), found_.end(),
-                     [](const Found& a, const Found& b) { return a.offset < b.offset; });
+    std::ranges::stable_sort(found_, {}, &Found::offset);
     std::vector<ToleranceEntry> entries;
     for (Found& found : found_) entries.push_back(std::move(found.entry));
     return entries;

@@ -6,14 +6,12 @@
 
 #include "compiler/base/text.h"
 #include "logger/figures/run_figures.h"
+#include "logger/log/text_lines.h"
 
 namespace morphbus::logger {
 namespace {
 
 using Json = nlohmann::json;
-
-// Figures are radians; people are told degrees.
-constexpr double kFigureDegrees = 180.0 / EIGEN_PI;
 
 Json VectorToJson(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -137,8 +135,8 @@ std::vector<std::pair<std::string, std::string>> FigureLines(const RunFigures& f
     add("moved", WayText(f.displacement));
     add("root body moved", WayText(f.root_displacement));
     add("path", fmt::format("{:.3f} m", f.path_length_m));
-    add("turned", fmt::format("{:+.1f} degrees, tilted {:.1f} at most", f.turn_rad * kFigureDegrees,
-                              f.max_tilt_rad * kFigureDegrees));
+    add("turned", fmt::format("{:+.1f} degrees, tilted {:.1f} at most", f.turn_rad * kDegrees,
+                              f.max_tilt_rad * kDegrees));
     add("energy", EnergyText(f.energy_j, f.transport));
   }
   if (!f.gait) {
@@ -152,9 +150,8 @@ std::vector<std::pair<std::string, std::string>> FigureLines(const RunFigures& f
                   Counted(gait.num_cycles(), "whole cycle"), Seconds(gait.times_us.front())));
   if (gait.cycles.empty()) return lines;
   // A cycle's way is told in millimetres: it is seldom as long as a metre.
-  add("a cycle",
-      fmt::format("{:.1f} mm forward, {:+.1f} mm to the left, {:+.2f} degrees",
-                  gait.forward_m * 1e3, gait.left_m * 1e3, gait.turn_rad * kFigureDegrees));
+  add("a cycle", fmt::format("{:.1f} mm forward, {:+.1f} mm to the left, {:+.2f} degrees",
+                             gait.forward_m * 1e3, gait.left_m * 1e3, gait.turn_rad * kDegrees));
   add("energy a cycle", EnergyText(gait.energy_j, gait.transport));
   // A long run has many cycles; the first ones show whether they are alike.
   constexpr size_t kShown = 12;

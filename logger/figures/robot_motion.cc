@@ -20,16 +20,7 @@ constexpr int64_t kMostMissing = 200'000;
 
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
-bool IsIndex(int i, size_t size) { return i >= 0 && static_cast<size_t>(i) < size; }
-
-/// The pose of the link by which WORLD names a body.
-bridge::LinkPose PoseOf(const morphbus::body_pose_t& body) {
-  const double* p = body.position_m;
-  const double* q = body.orientation_wxyz;
-  // The numbers are those of a message; only a quaternion of length 1 is a rotation.
-  return {Eigen::Vector3d(p[0], p[1], p[2]),
-          Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized()};
-}
+using bridge::IsIndex;
 
 /// Each value that is missing is the one before it; before the first one there is the first.
 void FillIn(std::vector<double>* row) {
@@ -215,7 +206,7 @@ void MotionGatherer::TakeCommands(const ModuleSeries& module, const ActuatorSamp
 
 void MotionGatherer::NoteLoads(const std::vector<morphbus::contact_force_t>& contacts) {
   for (const morphbus::contact_force_t& contact : contacts) {
-    const int m = ModelIndexOf(model_indices_, contact.module_id), l = contact.link;
+    const int m = IndexById(model_indices_, contact.module_id), l = contact.link;
     if (!IsIndex(m, shapes_.size()) || !IsIndex(l, shapes_[m].size())) continue;
     const Eigen::Vector3d f_W = Eigen::Map<const Eigen::Vector3f>(contact.force_n).cast<double>();
     LinkLoad& load = loads_[{m, l}];
@@ -230,10 +221,12 @@ void MotionGatherer::Place(const WorldSample& world) {
   // The order in which bodies came must not show in the last digits of a sum.
   std::vector<std::pair<BodyName, bridge::LinkPose>> named;
   for (const morphbus::body_pose_t& body : world.bodies) {
-    named.push_back({{ModelIndexOf(model_indices_, body.module_id), body.link}, PoseOf(body)});
+    bridge::LinkPose X_WB = bridge::LinkPoseIn(body);
+    // The numbers are those of a message; only a quaternion of length 1 is a rotation.
+    X_WB.rotation.normalize();
+    named.push_back({{IndexById(model_indices_, body.module_id), body.link}, X_WB});
   }
-  std::stable_sort(named.begin(), named.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::ranges::stable_sort(named, {}, &decltype(named)::value_type::first);
   std::vector<BodyName> bodies;
   std::vector<bridge::LinkPose> X_WB;
   for (const auto& [name, X] : named) {
@@ -349,9 +342,8 @@ RobotMotion MotionGatherer::Gather() {
     }
   }
   // Contacts were found in the order in which links first touched the ground.
-  std::sort(motion_.contacts.begin(), motion_.contacts.end(), [](const auto& a, const auto& b) {
-    return std::pair(a.module, a.link) < std::pair(b.module, b.link);
-  });
+  std::ranges::sort(motion_.contacts, {},
+                    [](const GroundContact& c) { return std::pair(c.module, c.link); });
   return std::move(motion_);
 }
 

@@ -159,9 +159,7 @@ void MeasureDuties(const RobotMotion& motion, Gait* gait) {
   // Stances are told in indices of the track, and so are the cycles here: from the first sample of
   // the first one up to and without the first behind the last.
   const auto index = [&](int64_t time_us) {
-    const auto found = std::lower_bound(
-        motion.track.begin(), motion.track.end(), time_us,
-        [](const RobotSample& sample, int64_t time) { return sample.time_us < time; });
+    const auto found = std::ranges::lower_bound(motion.track, time_us, {}, &RobotSample::time_us);
     return static_cast<int>(found - motion.track.begin());
   };
   const int begin = index(gait->times_us.front()), end = index(gait->times_us.back());
@@ -232,9 +230,7 @@ double Gait::RangeOf(int module, int joint) const {
 }
 
 RobotSample SampleAt(const std::vector<RobotSample>& track, int64_t time_us) {
-  const auto after = std::lower_bound(
-      track.begin(), track.end(), time_us,
-      [](const RobotSample& sample, int64_t time) { return sample.time_us < time; });
+  const auto after = std::ranges::lower_bound(track, time_us, {}, &RobotSample::time_us);
   if (after == track.end()) return track.back();
   if (after == track.begin() || after->time_us == time_us) return *after;
   const RobotSample& a = *(after - 1);

@@ -41,9 +41,7 @@ ChannelStream::Kind ChannelStream::Take(int64_t sequence, std::span<const uint8_
   // higher than all before.
   auto place = recent_.end();
   if (!recent_.empty() && sequence <= recent_.back().first) {
-    place = std::lower_bound(
-        recent_.begin(), recent_.end(), sequence,
-        [](const std::pair<int64_t, uint64_t>& known, int64_t n) { return known.first < n; });
+    place = std::ranges::lower_bound(recent_, sequence, {}, &std::pair<int64_t, uint64_t>::first);
   }
   if (place != recent_.end() && place->first == sequence) {
     if (place->second != hash) return Kind::kConflict;

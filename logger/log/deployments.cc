@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "bridge/control/control_command.h"
 #include "compiler/base/text.h"
@@ -15,7 +14,6 @@ namespace {
 
 /// No run has so many; a damaged log may say anything.
 constexpr size_t kMaxChanges = 10'000;
-constexpr double kDegreesOfTilt = 180.0 / std::numbers::pi;  ///< In a radian.
 
 /// "m1 m2 m3 at tick 340, m4 at tick 341, m5 never": modules that did the same stand together.
 std::string WhoWhen(const DeploymentFact& deployment) {
@@ -141,7 +139,7 @@ std::string DeploymentsText(const std::vector<DeploymentFact>& deployments, int3
                                                Seconds(d.switch_tick * tick_us));
     const std::string tilt = d.max_tilt_rad
                                  ? fmt::format("; tilted {:.1f} degrees at most in the next {:g} s",
-                                               *d.max_tilt_rad * kDegreesOfTilt, kTiltSeconds)
+                                               *d.max_tilt_rad * kDegrees, kTiltSeconds)
                                  : "";
     AddLine(&text, "  {} {} to {}, {}: {}{}", d.tick, d.program, d.to.empty() ? "the root" : d.to,
             when, WhoWhen(d), tilt);

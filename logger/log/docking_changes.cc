@@ -81,7 +81,7 @@ std::string DockingChanges::Name(const model::Model* model, const model::Robot* 
     const std::optional<int> index = robot->FindModule(name);
     if (index) {
       const std::vector<model::Connector>& connectors = model->TypeOf(*robot, *index).connectors;
-      if (connector >= 0 && connector < static_cast<int>(connectors.size())) {
+      if (bridge::IsIndex(connector, connectors.size())) {
         return name + "." + connectors[connector].name;
       }
     }
@@ -103,9 +103,7 @@ void DockingChanges::Tell(const model::Model* model, const model::Robot* robot,
                                Name(model, robot, mate, mate_connector)});
   }
   // Modules were read one after the other: the changes of all of them are brought into one order.
-  std::stable_sort(
-      facts->dockings.begin(), facts->dockings.end(),
-      [](const DockingFact& a, const DockingFact& b) { return a.time_us < b.time_us; });
+  std::ranges::stable_sort(facts->dockings, {}, &DockingFact::time_us);
 }
 
 std::string DockingsText(const std::vector<DockingFact>& dockings, int64_t count) {

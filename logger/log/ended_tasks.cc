@@ -36,8 +36,8 @@ std::string Names(const std::vector<FaultFact>& faults, vm::TaskKind kind, int64
     if (KindOf(fault) != kind || shown == kShown) continue;
     ++shown;
     const std::string task = TaskText(fault);
-    const auto known = std::find_if(modules_of.begin(), modules_of.end(),
-                                    [&](const auto& entry) { return entry.first == task; });
+    const auto known =
+        std::ranges::find(modules_of, task, &std::pair<std::string, std::string>::first);
     if (known == modules_of.end()) {
       modules_of.emplace_back(task, fault.module);
     } else {
@@ -91,11 +91,9 @@ EndedFacts EndedTasks::Facts(const std::map<std::string, int64_t>& lost) const {
     facts.faults.insert(facts.faults.end(), module.faults.begin(), module.faults.end());
   }
   // The same order however the file has its messages: m2 stands before m10.
-  std::stable_sort(facts.faults.begin(), facts.faults.end(),
-                   [](const FaultFact& a, const FaultFact& b) {
-                     return std::tuple(a.time_us, a.module.size(), a.module) <
-                            std::tuple(b.time_us, b.module.size(), b.module);
-                   });
+  std::ranges::stable_sort(facts.faults, {}, [](const FaultFact& fault) {
+    return std::tuple(fault.time_us, fault.module.size(), std::string_view(fault.module));
+  });
   return facts;
 }
 

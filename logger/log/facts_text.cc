@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bridge/observe/ledger_counts.h"
+#include "bridge/wire/channels.h"
 #include "logger/log/text_lines.h"
 
 namespace morphbus::logger {
@@ -96,14 +97,10 @@ struct ChannelRow {
 /// The rows: a channel each if `all`, else modules' channels together, by topic, where they are
 /// more than three.
 std::vector<ChannelRow> ChannelRows(const LogFacts& f, bool all) {
-  // "RUN/m1/STATUS" is told from "RUN/SIM/CLOCK" by its process: those of the run itself are in
-  // capitals.
   const auto group = [&](const std::string& name) -> std::string {
-    const size_t process = f.run.size() + 1, topic = name.rfind('/');
-    if (!name.starts_with(f.run + "/") || topic <= process || topic == std::string::npos) return "";
-    const std::string part = name.substr(process, topic - process);
-    if (part == "SIM" || part == "LOG" || part == "TOOL") return "";
-    return f.run + "/*" + name.substr(topic);
+    const auto parts = bridge::ParseChannel(name);
+    const bool of_module = parts && parts->run == f.run && bridge::CheckModuleName(parts->process);
+    return of_module ? fmt::format("{}/*/{}", f.run, bridge::TopicName(parts->topic)) : "";
   };
   std::map<std::string, int> sizes;
   for (const auto& [name, c] : f.channels) ++sizes[group(name)];

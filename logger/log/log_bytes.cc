@@ -12,13 +12,14 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/base/bytes.h"
+#include "logger/log/event_log.h"
+
 namespace morphbus::logger {
 namespace {
 
 /// A frame of zstd begins with these bytes (RFC 8878, 3.1.1).
 constexpr uint8_t kFrameMagic[4] = {0x28, 0xB5, 0x2F, 0xFD};
-/// LCM's event magic, with which every log begins.
-constexpr uint8_t kEventMagicBytes[4] = {0xED, 0xA1, 0xDA, 0x01};
 /// Decompressed bytes are kept in pieces of this size.
 constexpr size_t kPieceBytes = size_t{1} << 20;
 /// So much may any file decompress to; beyond it at most kMaxRatio times its size. Messages carry
@@ -280,7 +281,7 @@ bool BeginsAsLog(const std::string& path) {
   const Result<std::unique_ptr<LogBytes>> bytes = LogBytes::Open(path);
   uint8_t magic[4];
   return bytes && (*bytes)->ReadAt(0, magic, sizeof magic) == sizeof magic &&
-         std::memcmp(magic, kEventMagicBytes, sizeof magic) == 0;
+         ReadBig(magic, sizeof magic) == kEventMagic;
 }
 
 }  // namespace morphbus::logger

@@ -24,12 +24,12 @@ namespace {
 /// After the end, how long to wait for the last ledgers, which nobody sends again.
 constexpr int64_t kLedgerPatienceUs = 250'000;
 
-int64_t MachineWallClock() {
+}  // namespace
+
+int64_t WallClockUs() {
   const auto since = std::chrono::system_clock::now().time_since_epoch();
   return std::chrono::duration_cast<std::chrono::microseconds>(since).count();
 }
-
-}  // namespace
 
 Result<std::unique_ptr<Recorder>> Recorder::Create(bridge::Bus* bus, const bridge::TimeSource* time,
                                                    RecorderOptions options) {
@@ -46,7 +46,7 @@ Result<std::unique_ptr<Recorder>> Recorder::Create(bridge::Bus* bus, const bridg
   auto writer = options.in_memory ? EventLogWriter::CreateInMemory(options.path)
                                   : EventLogWriter::Create(options.path);
   if (!writer) return tl::unexpected(writer.error());
-  if (!options.wall_clock) options.wall_clock = MachineWallClock;
+  if (!options.wall_clock) options.wall_clock = WallClockUs;
   std::unique_ptr<Recorder> recorder(
       new Recorder(bus, time, std::move(options), *std::move(described), std::move(*writer)));
   recorder->WriteInfo();
@@ -221,15 +221,13 @@ void Recorder::Sort(std::vector<Held>* tick) {
   if (!in_order_) {
     std::vector<Channels::value_type*> channels;
     for (Channels::value_type& channel : written_) channels.push_back(&channel);
-    std::sort(channels.begin(), channels.end(),
-              [](const auto* a, const auto* b) { return a->first < b->first; });
+    std::ranges::sort(channels, {}, &Channels::value_type::first);
     for (size_t i = 0; i < channels.size(); ++i) channels[i]->second.order = static_cast<int>(i);
     in_order_ = true;
   }
   // Topics stand in the order of their numbers: what was sensed, what was told, what was commanded.
-  std::sort(tick->begin(), tick->end(), [](const Held& a, const Held& b) {
-    return std::tuple(a.topic, a.channel->second.order, a.sequence) <
-           std::tuple(b.topic, b.channel->second.order, b.sequence);
+  std::ranges::sort(*tick, {}, [](const Held& held) {
+    return std::tuple(held.topic, held.channel->second.order, held.sequence);
   });
 }
 
@@ -335,8 +333,7 @@ Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
     }
     if (written.hashed) hashed.push_back(totals.back());
   }
-  std::sort(totals.begin(), totals.end(),
-            [](const auto& a, const auto& b) { return a.channel < b.channel; });
+  std::ranges::sort(totals, {}, &bridge::ChannelTotal::channel);
   RecordSummary summary;
   summary.run_hash = bridge::RunHash(std::move(hashed));
   // Why the run ended: the recorder was stopped, it failed, or the simulator said so.

@@ -24,6 +24,9 @@
 
 namespace morphbus::logger {
 
+/// The machine's wall clock, microseconds since 1970.
+int64_t WallClockUs();
+
 /// What a recorder is told before it starts.
 struct RecorderOptions {
   /// Path of the finished log; it is called PATH.partial while it is written.

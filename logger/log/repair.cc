@@ -82,8 +82,7 @@ Result<RepairReport> RepairLog(const std::string& in_path, const std::string& ou
   // Findings of the framing and of the payloads in one row.
   const auto& framing = (*reader)->findings();
   report.findings.insert(report.findings.end(), framing.begin(), framing.end());
-  std::stable_sort(report.findings.begin(), report.findings.end(),
-                   [](const LogFinding& a, const LogFinding& b) { return a.begin < b.begin; });
+  std::ranges::stable_sort(report.findings, {}, &LogFinding::begin);
   if (report.findings.size() > kMaxFindings) report.findings.resize(kMaxFindings);
   report.num_findings += (*reader)->num_findings();
   report.bytes_dropped = (*reader)->log_size() - (*writer)->num_bytes();

@@ -6,7 +6,8 @@
 #include <tuple>
 #include <utility>
 
-#include "bridge/observe/clock_commands.h"
+#include "bridge/control/control_command.h"
+#include "bridge/observe/run_clock.h"
 #include "bridge/observe/run_message.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
@@ -360,14 +361,14 @@ std::map<int, int> ModelIndices(const RunLog& log) {
   return indices;
 }
 
-int ModelIndexOf(const std::map<int, int>& model_indices, int id) {
-  const auto found = model_indices.find(id);
-  return found == model_indices.end() ? -1 : found->second;
+int IndexById(const std::map<int, int>& indices, int id) {
+  const auto found = indices.find(id);
+  return found == indices.end() ? -1 : found->second;
 }
 
 morphbus::docked_connector_t WithModelIndex(const std::map<int, int>& model_indices,
                                             morphbus::docked_connector_t docked) {
-  docked.mate_module = static_cast<int16_t>(ModelIndexOf(model_indices, docked.mate_module));
+  docked.mate_module = static_cast<int16_t>(IndexById(model_indices, docked.mate_module));
   return docked;
 }
 
@@ -375,10 +376,8 @@ bridge::Dockings DockingsAt(const RunLog& log, const std::map<int, int>& model_i
                             int64_t time_us) {
   bridge::Dockings dockings(log.robot->modules.size());
   bool sensed = false;
-  const auto earlier = [](const SensorSample& s, int64_t time) { return s.time_us < time; };
   for (const ModuleSeries& module : log.modules) {
-    const auto at =
-        std::lower_bound(module.sensors.begin(), module.sensors.end(), time_us, earlier);
+    const auto at = std::ranges::lower_bound(module.sensors, time_us, {}, &SensorSample::time_us);
     if (module.model_index < 0 || at == module.sensors.end()) continue;
     sensed = true;
     for (const morphbus::docked_connector_t& docked : at->docked) {

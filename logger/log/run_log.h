@@ -137,7 +137,7 @@ struct RunLog {
 /// modules that the model lacks are left out.
 std::map<int, int> ModelIndices(const RunLog& log);
 /// The index of a module by its number; -1 if there is none.
-int ModelIndexOf(const std::map<int, int>& model_indices, int id);
+int IndexById(const std::map<int, int>& indices, int id);
 /// What a connector senses, with the mate by its index.
 morphbus::docked_connector_t WithModelIndex(const std::map<int, int>& model_indices,
                                             morphbus::docked_connector_t docked);

@@ -12,13 +12,12 @@ namespace {
 template <class Sample>
 void SortByTime(std::vector<Sample>* samples, bool unique) {
   // Our own recorder writes in order, and then there is nothing to move.
-  const auto earlier = [](const Sample& a, const Sample& b) { return a.time_us < b.time_us; };
-  if (!std::is_sorted(samples->begin(), samples->end(), earlier)) {
-    std::stable_sort(samples->begin(), samples->end(), earlier);
+  if (!std::ranges::is_sorted(*samples, {}, &Sample::time_us)) {
+    std::ranges::stable_sort(*samples, {}, &Sample::time_us);
   }
   if (!unique) return;
-  const auto same = [](const Sample& a, const Sample& b) { return a.time_us == b.time_us; };
-  samples->erase(std::unique(samples->begin(), samples->end(), same), samples->end());
+  const auto same = std::ranges::unique(*samples, {}, &Sample::time_us);
+  samples->erase(same.begin(), same.end());
 }
 
 /// Moves the samples before `end_us` from those that were read ahead to a series, in order of time
@@ -26,8 +25,7 @@ void SortByTime(std::vector<Sample>* samples, bool unique) {
 template <class Sample>
 void TakeBefore(int64_t end_us, std::vector<Sample>* ahead, std::vector<Sample>* series) {
   SortByTime(ahead, true);
-  const auto end = std::lower_bound(ahead->begin(), ahead->end(), end_us,
-                                    [](const Sample& s, int64_t t) { return s.time_us < t; });
+  const auto end = std::ranges::lower_bound(*ahead, end_us, {}, &Sample::time_us);
   series->assign(std::make_move_iterator(ahead->begin()), std::make_move_iterator(end));
   ahead->erase(ahead->begin(), end);
 }
@@ -112,12 +110,9 @@ void SeriesCollector::Finish(RunLog* log) {
   }
   modules_.clear();
   // Modules that the model lacks come last, in order of their number in SENSORS.
-  std::sort(all.begin(), all.end(), [](const ModuleSeries& a, const ModuleSeries& b) {
-    const auto rank = [](const ModuleSeries& m) {
-      return m.model_index >= 0 ? m.model_index : 1'000'000 + std::max(m.id, 0);
-    };
-    return std::pair(rank(a), std::string_view(a.name)) <
-           std::pair(rank(b), std::string_view(b.name));
+  std::ranges::sort(all, {}, [](const ModuleSeries& m) {
+    const int rank = m.model_index >= 0 ? m.model_index : 1'000'000 + std::max(m.id, 0);
+    return std::pair(rank, std::string_view(m.name));
   });
   log->modules = std::move(all);
   JoinParts(&world_);

@@ -4,12 +4,16 @@
 
 #include <fmt/format.h>
 
+#include <numbers>
 #include <string>
 #include <utility>
 
 #include "compiler/base/text.h"
 
 namespace morphbus::logger {
+
+/// Degrees in a radian: people are told degrees.
+inline constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 /// Appends a line, formatted as fmt::format does, and its line feed to `text`. Names, roles,
 /// reasons and faults of a log may hold any bytes: whatever could steer the terminal is made

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <iterator>
-#include <numbers>
 #include <optional>
 #include <string_view>
 
 #include "compiler/base/text.h"
+#include "logger/show/report_page.h"
 
 namespace morphbus::logger {
 namespace {
@@ -36,12 +36,12 @@ std::string TickCells(const std::optional<int64_t>& tick, int32_t tick_us) {
 }
 
 /// What follows the rows of a table that shows only the first of `count` commands.
-std::string TableEnd(size_t count) {
-  std::string html = "</tbody></table></div>";
-  if (count > kMostRows) {
-    html += fmt::format("<p class='dim'>{} in all; morphbus info lists them.</p>", count);
-  }
-  return html + "</section>";
+std::string EndOfCommands(size_t count) {
+  const std::string more =
+      count > kMostRows
+          ? fmt::format("<p class='dim'>{} in all; morphbus info lists them.</p>", count)
+          : "";
+  return TableEnd(more + "</section>");
 }
 
 }  // namespace
@@ -49,9 +49,7 @@ std::string TableEnd(size_t count) {
 std::string CommandsHtml(const LogFacts& facts) {
   if (facts.commands.empty()) return "";
   std::string html =
-      "<section><h2>Commands</h2><div class='scroll'><table><thead><tr><th class='n'>tick</th>"
-      "<th class='n'>time<br><small>s</small></th><th>command</th><th>what came of it</th></tr>"
-      "</thead><tbody>";
+      "<section><h2>Commands</h2>" + TableHead({"#tick", "#time|s", "command", "what came of it"});
   size_t rows = 0;
   for (const auto& [tick, text] : facts.commands) {
     if (++rows > kMostRows) break;
@@ -59,21 +57,19 @@ std::string CommandsHtml(const LogFacts& facts) {
     std::string effect;
     for (const DeploymentFact& d : facts.deployments) {
       if (d.tick != tick || !d.max_tilt_rad || text.find(d.program) == std::string::npos) continue;
-      effect = fmt::format("tilted {:.1f}° at most in {:g} s",
-                           *d.max_tilt_rad * 180.0 / std::numbers::pi, kTiltSeconds);
+      effect =
+          fmt::format("tilted {:.1f}° at most in {:g} s", *d.max_tilt_rad * kDegrees, kTiltSeconds);
     }
     html += fmt::format("<tr>{}<td class='m'>{}</td><td>{}</td></tr>",
                         TickCells(tick, facts.tick_us), EscapeHtml(text), effect);
   }
-  return html + TableEnd(facts.commands.size());
+  return html + EndOfCommands(facts.commands.size());
 }
 
 std::string CommandsHtml(const Comparison& comparison) {
   if (comparison.commands.empty()) return "";
-  std::string html =
-      "<section><h2>Commands</h2><div class='scroll'><table><thead><tr>"
-      "<th class='n'>tick in A</th><th class='n'>s</th><th class='n'>tick in B</th>"
-      "<th class='n'>s</th><th>command</th><th></th></tr></thead><tbody>";
+  std::string html = "<section><h2>Commands</h2>" +
+                     TableHead({"#tick in A", "#s", "#tick in B", "#s", "command", ""});
   size_t rows = 0;
   for (const CommandPair& pair : comparison.commands) {
     if (++rows > kMostRows) break;
@@ -88,7 +84,7 @@ std::string CommandsHtml(const Comparison& comparison) {
                     : pair.tick_a                ? "only in A"
                                                  : "only in B");
   }
-  return html + TableEnd(comparison.commands.size());
+  return html + EndOfCommands(comparison.commands.size());
 }
 
 std::vector<PlotMark> CommandMarks(const LogFacts& facts) {

@@ -414,7 +414,7 @@ Eigen::AlignedBox2d ExtentOf(const Panel& panel) {
 }
 
 Scene SceneOf(const model::Model& model, const model::Robot& robot,
-              const std::vector<std::vector<model::Pose>>& X_WL, const std::vector<int>& group) {
+              const std::vector<std::vector<model::Pose>>& X_WL, const std::vector<Color>& colors) {
   Scene scene;
   // A module's links, and its name in the middle of all their corners.
   for (size_t m = 0; m < robot.modules.size(); ++m) {
@@ -422,14 +422,13 @@ Scene SceneOf(const model::Model& model, const model::Robot& robot,
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     int corners = 0;
     for (size_t l = 0; l < type.links.size(); ++l) {
-      Color color = PaletteColor(group[m]);
+      Color color = colors[m];
       // Every second link of a module is a little lighter, so that joints can be seen.
       if (l % 2 == 1) {
         for (double& c : color) c = 1 - (1 - c) * 0.72;
       }
       for (auto& part : type.links[l].Parts()) {
-        scene.hulls.push_back(
-            {std::move(part), X_WL[m][l], color, static_cast<int>(m), static_cast<int>(l)});
+        scene.hulls.push_back({std::move(part), X_WL[m][l], color, static_cast<int>(m)});
       }
       for (const Eigen::Vector3d& p_L : type.links[l].hull) {
         sum += X_WL[m][l] * p_L;

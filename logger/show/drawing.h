@@ -37,8 +37,6 @@ struct SceneHull {
   Color color = {0.6, 0.6, 0.65};
   /// Number of the module whose body it is, as names refer to it.
   int owner = 0;
-  /// Number of its link in the module; parts of one link have one number.
-  int link = 0;
   /// Where there are any, the body is no hull but these triangles between the points, seen from
   /// both sides. What no plane parts from it is painted over it.
   std::vector<std::array<int, 3>> triangles = {};
@@ -102,10 +100,10 @@ struct Drawing {
 };
 
 /// Hulls and names of a robot. X_WL[module][link] are the links' poses in the world (m), shaped as
-/// from ForwardKinematics; `group[module]` (0 or more) picks the module's color and is the caller's
-/// choice (its index, or that of its role).
+/// from ForwardKinematics; `colors[module]` is the caller's choice (PaletteColor of its index, or
+/// that of its role).
 Scene SceneOf(const model::Model& model, const model::Robot& robot,
-              const std::vector<std::vector<model::Pose>>& X_WL, const std::vector<int>& group);
+              const std::vector<std::vector<model::Pose>>& X_WL, const std::vector<Color>& colors);
 
 /// What of the picture plane a panel needs to show its scene, (u, v) in metres, with a margin.
 Eigen::AlignedBox2d ExtentOf(const Panel& panel);

@@ -39,18 +39,25 @@ Color Shade(const Color& color, const Eigen::Vector3d& normal_V, const Eigen::Ve
   return shaded;
 }
 
+/// The corners of a body on the picture plane, their box and their mean depth.
+PaintedHull PlaceCorners(const std::vector<Eigen::Vector3d>& points_L, const model::Pose& X_WL,
+                         const Projection& projection) {
+  PaintedHull painted;
+  for (const Eigen::Vector3d& p_L : points_L) {
+    const Eigen::Vector3d p = projection.Project(X_WL * p_L);
+    painted.corners.push_back(p);
+    painted.box.extend(Eigen::Vector2d(p.head<2>()));
+    painted.depth += p.z() / static_cast<double>(points_L.size());
+  }
+  return painted;
+}
+
 /// Brings triangles into view coordinates, shaded on the side that is seen; edge on their outlines
 /// remain. They part no hulls.
 PaintedHull PaintTriangles(const SceneHull& hull, const Projection& projection) {
-  PaintedHull painted;
+  PaintedHull painted = PlaceCorners(hull.points_L, hull.X_WL, projection);
   painted.is_surface = true;
   const Eigen::Vector3d up_V = projection.Direction(Eigen::Vector3d::UnitY());
-  for (const Eigen::Vector3d& p_L : hull.points_L) {
-    const Eigen::Vector3d p = projection.Project(hull.X_WL * p_L);
-    painted.corners.push_back(p);
-    painted.box.extend(Eigen::Vector2d(p.head<2>()));
-    painted.depth += p.z() / static_cast<double>(hull.points_L.size());
-  }
   for (const std::array<int, 3>& triangle : hull.triangles) {
     const Eigen::Vector3d& a = painted.corners[triangle[0]];
     const Eigen::Vector3d& b = painted.corners[triangle[1]];
@@ -70,18 +77,11 @@ PaintedHull PaintTriangles(const SceneHull& hull, const Projection& projection) 
 
 /// Brings a hull into view coordinates, and shades the faces that are seen.
 PaintedHull Paint(const SceneHull& hull, const Projection& projection) {
-  PaintedHull painted;
   // Flat hulls get the thickness of a plate, so that they can be seen edge on.
   constexpr double kPlate = 0.003;
   const model::ConvexHull solid = model::ComputeHull(model::ThickenFlat(hull.points_L, kPlate));
+  PaintedHull painted = PlaceCorners(solid.vertices, hull.X_WL, projection);
   const Eigen::Vector3d up_V = projection.Direction(Eigen::Vector3d::UnitY());
-  // Corners on the picture plane, their box and their mean depth.
-  for (const Eigen::Vector3d& p_L : solid.vertices) {
-    const Eigen::Vector3d p = projection.Project(hull.X_WL * p_L);
-    painted.corners.push_back(p);
-    painted.box.extend(Eigen::Vector2d(p.head<2>()));
-    painted.depth += p.z() / static_cast<double>(solid.vertices.size());
-  }
   // All faces help to order hulls; those that look at the viewer are painted.
   for (const model::HullFace& face : solid.faces) {
     const Eigen::Vector3d normal = projection.Direction(hull.X_WL.linear() * face.normal);
@@ -168,8 +168,7 @@ bool Behind(const PaintedHull& a, const PaintedHull& b) {
 std::vector<size_t> PaintingOrder(const std::vector<PaintedHull>& hulls) {
   std::vector<size_t> by_depth(hulls.size());
   std::iota(by_depth.begin(), by_depth.end(), 0);
-  std::stable_sort(by_depth.begin(), by_depth.end(),
-                   [&](size_t a, size_t b) { return hulls[a].depth < hulls[b].depth; });
+  std::ranges::stable_sort(by_depth, {}, [&](size_t i) { return hulls[i].depth; });
   std::vector<size_t> order;
   // Hulls that do not meet on the picture cannot cover each other, and are not compared.
   while (!by_depth.empty()) {

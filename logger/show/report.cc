@@ -5,20 +5,16 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "bridge/description/run_model.h"
 #include "logger/compare/source_trace.h"
 #include "logger/show/command_list.h"
+#include "logger/show/report_page.h"
 #include "logger/show/report_robots.h"
-#include "logger/show/report_style.h"
-#include "logger/show/svg_plot.h"
 
 namespace morphbus::logger {
 namespace {
 
-/// Degrees in a radian.
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 /// So many paths of feet are shown at most: more would not be read.
 constexpr size_t kMaxFeet = 12;
 
@@ -53,23 +49,12 @@ std::string BreakableName(const std::string& name) {
   return html;
 }
 
-using Points = std::vector<std::pair<double, double>>;
-
-/// (time, value) pairs: sim time in seconds, values times `scale` in the plot's unit.
-Points Over(const ScalarTrack& track, double scale) {
-  Points points;
-  for (size_t i = 0; i < track.value.size(); ++i) {
-    points.emplace_back(Seconds(track.time_us[i]), track.value[i] * scale);
-  }
-  return points;
-}
-
 /// Coordinate `y` of the position (m) of a point of a track's frame, given in that frame, over
 /// coordinate `x`, or over sim time (s) where x is -1. Coordinates are 0 north, 1 up, 2 east of R0
 /// or R; `y_sign` -1 turns the axis of `y` round.
-Points Path(const PoseTrack& track, int x, int y, double y_sign = 1.0,
-            const Eigen::Vector3d& point = Eigen::Vector3d::Zero()) {
-  Points points;
+PlotPoints Path(const PoseTrack& track, int x, int y, double y_sign = 1.0,
+                const Eigen::Vector3d& point = Eigen::Vector3d::Zero()) {
+  PlotPoints points;
   for (size_t i = 0; i < track.value.size(); ++i) {
     const Eigen::Vector3d p = track.value[i] * point;
     points.emplace_back(x < 0 ? Seconds(track.time_us[i]) : p[x], y_sign * p[y]);
@@ -78,34 +63,31 @@ Points Path(const PoseTrack& track, int x, int y, double y_sign = 1.0,
 }
 
 /// The lines of both runs, named and styled.
-std::vector<PlotLine> BothRuns(Points a, Points b) {
+std::vector<PlotLine> BothRuns(PlotPoints a, PlotPoints b) {
   return {{"A", "line-a", std::move(a)}, {"B", "line-b", std::move(b)}};
 }
 
-/// A plot in a frame of its own.
-std::string Figure(const std::vector<PlotLine>& lines, const PlotOptions& options) {
-  return "<figure>" + PlotSvg(lines, options) + "</figure>";
-}
-
-/// Builds the page piece by piece, from top to bottom: each function appends one section to html_.
-class Page {
+/// The page, section by section.
+class ComparisonPage : private ReportPage {
  public:
-  Page(const RunLog& a, const RunLog& b, const Comparison& comparison)
-      : a_(a), b_(b), comparison_(comparison) {}
+  ComparisonPage(const RunLog& a, const RunLog& b, const Comparison& comparison)
+      : a_(a), b_(b), comparison_(comparison) {
+    // What people did to the robots, and where the first divergence is.
+    marks_ = CommandMarks(comparison);
+    if (!comparison.first) return;
+    marks_.push_back(
+        {Seconds(comparison.items[*comparison.first].first_over_us), "first divergence"});
+  }
 
   /// The page from top to bottom. Without models there are no poses to plot.
   std::string Build() {
-    html_ = fmt::format(
-        "<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
-        "<meta name='viewport' content='width=device-width, initial-scale=1'>"
-        "<title>{}: {} and {}</title><style>{}</style></head><body><main>",
-        VerdictName(comparison_.verdict), EscapeHtml(a_.facts.path), EscapeHtml(b_.facts.path),
-        kReportStyle);
+    Begin(fmt::format("{}: {} and {}", VerdictName(comparison_.verdict), a_.facts.path,
+                      b_.facts.path),
+          "Comparison of two runs");
     // What needs no poses comes first, so that it is there for any two logs.
-    html_ += "<h1>Comparison of two runs</h1>";
     Banner();
     Cards();
-    Notes();
+    Remarks();
     html_ += CommandsHtml(comparison_);
     if (a_.robot != nullptr && b_.robot != nullptr) {
       rest_a_ = a_.described->X_RL_start;
@@ -120,8 +102,7 @@ class Page {
       DifferencePlots();
       Joints();
     }
-    html_ += "</main></body></html>\n";
-    return std::move(html_);
+    return End();
   }
 
  private:
@@ -176,41 +157,24 @@ class Page {
 
   /// What a log is of.
   void Card(const RunLog& log, const char* which) {
-    const LogFacts& f = log.facts;
-    // Lines without a value are left out.
-    const auto row = [&](const char* name, const std::string& value) {
-      if (value.empty()) return;
-      html_ += fmt::format("<dt>{}</dt><dd>{}</dd>", name, EscapeHtml(value));
-    };
     html_ += fmt::format("<section class='card'><h2><span class='chip {0}'>{0}</span> {1}</h2><dl>",
-                         which, EscapeHtml(f.path));
-    row("robot", f.robot_name + (f.model_file.empty() ? "" : "  (" + f.model_file + ")"));
-    row("program", f.program_file);
-    row("run", f.run + (f.mode.empty() ? "" : ", " + f.mode));
-    row("length",
-        fmt::format("{:.3f} s, {} ticks of {:.0f} ms", f.seconds, f.ticks, f.tick_us * 1e-3));
-    row("modules", fmt::format("{}, root {}", log.modules.size(),
-                               f.root_module.empty() ? "?" : f.root_module));
-    row("messages",
-        fmt::format("{} events, {} lost, {} damaged places", f.events, f.lost(), f.num_damage));
-    row("end", EndStateName(f.end_state));
-    row("hash", f.run_hash);
-    row("world", f.world_hash);
-    row("started", f.started);
-    row("build", f.build);
-    row("arithmetic", f.arithmetic.empty() ? "not known" : f.arithmetic);
+                         which, EscapeHtml(log.facts.path));
+    RunFacts(log);
+    MessageFact(log.facts);
+    Fact("end", EndStateName(log.facts.end_state));
+    Fact("hash", log.facts.run_hash);
+    Fact("world", log.facts.world_hash);
+    BuildFacts(log.facts);
     html_ += "</dl></section>";
   }
 
   /// Damage, losses, and what could not be compared.
-  void Notes() {
-    if (comparison_.notes.empty() && comparison_.not_compared.empty()) return;
-    html_ += "<section class='notes'><h2>What to know</h2><ul>";
-    for (const std::string& note : comparison_.notes) html_ += "<li>" + EscapeHtml(note) + "</li>";
+  void Remarks() {
+    std::vector<std::string> notes = comparison_.notes;
     for (const std::string& what : comparison_.not_compared) {
-      html_ += "<li>not compared: " + EscapeHtml(what) + "</li>";
+      notes.push_back("not compared: " + what);
     }
-    html_ += "</ul></section>";
+    Notes(notes);
   }
 
   /// One row a role, one column a quantity: the largest difference of all its joints and links.
@@ -220,15 +184,11 @@ class Page {
     for (const Item& item : comparison_.items) columns.emplace(item.quantity, item.unit);
     // The head of the table, then a row each with an en dash where a role lacks the quantity.
     if (roles.empty()) return;
-    html_ +=
-        "<section><h2>Largest differences by role</h2><div class='scroll'><table class='wide'>"
-        "<thead><tr>"
-        "<th>role</th><th>A / B</th>";
+    std::vector<std::string> head = {"role", "A / B"};
     for (const auto& [quantity, unit] : columns) {
-      html_ += fmt::format("<th class='n'>{}<br><small>{}</small></th>", QuantityName(quantity),
-                           UnitName(unit));
+      head.push_back(fmt::format("#{}|{}", QuantityName(quantity), UnitName(unit)));
     }
-    html_ += "</tr></thead><tbody>";
+    html_ += "<section><h2>Largest differences by role</h2>" + TableHead(head, "wide");
     // Rows are in order of role, values beyond their tolerance in another color.
     for (const auto& [role, figures] : roles) {
       std::string names;
@@ -249,21 +209,17 @@ class Page {
       }
       html_ += "</tr>";
     }
-    html_ += "</tbody></table></div></section>";
+    html_ += TableEnd("</section>");
   }
 
   /// Every item of the comparison, folded away.
   void ItemTable() {
     // The table is long, so it stays closed until a reader opens it.
     if (comparison_.items.empty()) return;
-    html_ += fmt::format(
-        "<details><summary>All {} compared quantities</summary><div "
-        "class='scroll'><table><thead><tr>"
-        "<th>role</th><th>joint or link</th><th>A / B</th><th>quantity</th><th "
-        "class='n'>largest</th>"
-        "<th class='n'>at</th><th class='n'>RMS</th><th class='n'>tolerance</th>"
-        "<th class='n'>beyond from</th><th class='n'>instants</th></tr></thead><tbody>",
-        comparison_.items.size());
+    html_ += fmt::format("<details><summary>All {} compared quantities</summary>",
+                         comparison_.items.size());
+    html_ += TableHead({"role", "joint or link", "A / B", "quantity", "#largest", "#at", "#RMS",
+                        "#tolerance", "#beyond from", "#instants"});
     for (const Item& item : comparison_.items) {
       html_ += fmt::format(
           "<tr{}><td>{}</td><td>{}</td><td class='m'>{} / {}</td><td>{}</td><td class='n'>{} "
@@ -279,7 +235,7 @@ class Page {
           item.first_over_us < 0 ? "" : fmt::format("{:.3f} s", Seconds(item.first_over_us)),
           item.samples);
     }
-    html_ += "</tbody></table></div></details>";
+    html_ += TableEnd("</details>");
   }
 
   /// The way of the root body in the simulated world, relative to where it began (R0): north and
@@ -290,10 +246,10 @@ class Page {
     const PoseTrack b = simulated_b_->RootTrack();
     html_ += "<section><h2>Where the robot went</h2><div class='plots'>";
     // Seen from above with north to the right, west is up: east up would be the view from below.
-    html_ += Figure(BothRuns(Path(a, 0, 2, -1.0), Path(b, 0, 2, -1.0)),
-                    {"root body from above", "north (m)", "west (m)", 640, 300, true, 0.02, {}});
-    html_ += Figure(BothRuns(Path(a, -1, 1), Path(b, -1, 1)),
-                    OverTime("root body, height above its start", "up (m)", 300, 0.01));
+    Figure(BothRuns(Path(a, 0, 2, -1.0), Path(b, 0, 2, -1.0)),
+           {"root body from above", "north (m)", "west (m)", 640, 300, true, 0.02, {}});
+    Figure(BothRuns(Path(a, -1, 1), Path(b, -1, 1)),
+           OverTime("root body, height above its start", "up (m)", 300, 0.01));
     html_ += "</div></section>";
   }
 
@@ -320,23 +276,23 @@ class Page {
                                       (rest_a_[ma.model_index][link->link_a] * p_AoP_A);
       const auto [a, b] = Tracks(*pair, *link, simulated);
       const std::string name = link->label.empty() ? "root link" : link->label;
-      html_ += Figure(BothRuns(Side(*simulated_a_, simulated, Path(a, 0, 1, 1.0, p_AoP_A)),
-                               Side(*simulated_b_, simulated, Path(b, 0, 1, 1.0, p_BoP_B))),
-                      {fmt::format("{} {}", RoleName(pair->role), name),
-                       "forward, north (m)",
-                       simulated ? "above the ground (m)" : "up (m)",
-                       640,
-                       220,
-                       false,
-                       0.01,
-                       {}});
+      Figure(BothRuns(Side(*simulated_a_, simulated, Path(a, 0, 1, 1.0, p_AoP_A)),
+                      Side(*simulated_b_, simulated, Path(b, 0, 1, 1.0, p_BoP_B))),
+             {fmt::format("{} {}", RoleName(pair->role), name),
+              "forward, north (m)",
+              simulated ? "above the ground (m)" : "up (m)",
+              640,
+              220,
+              false,
+              0.01,
+              {}});
     }
     html_ += "</div></section>";
   }
 
   /// A path with heights above the world's ground in place of those above R0, which is where the
   /// robot's frame began, where poses are simulated.
-  static Points Side(const SimulatedPoses& poses, bool simulated, Points path) {
+  static PlotPoints Side(const SimulatedPoses& poses, bool simulated, PlotPoints path) {
     if (!simulated) return path;
     // R0 is where the robot frame was at the start, its origin above the ground by this height.
     const double height = poses.X_WR0().translation().y();
@@ -365,15 +321,15 @@ class Page {
       }
       // One plot for lengths and one for angles.
       const char* how = simulated ? "as simulated" : "as propagated";
-      Points metres, radians;
+      PlotPoints metres, radians;
       for (const auto& [time, most] : largest) {
         metres.emplace_back(Seconds(time), most.metres * 1e3);
         radians.emplace_back(Seconds(time), most.radians * kDegrees);
       }
-      html_ += Figure({{"", "line-d", std::move(metres)}},
-                      OverTime(fmt::format("position, {}", how), "mm", 200, 1e-3));
-      html_ += Figure({{"", "line-d", std::move(radians)}},
-                      OverTime(fmt::format("rotation, {}", how), "degrees", 200, 1e-3));
+      Figure({{"", "line-d", std::move(metres)}},
+             OverTime(fmt::format("position, {}", how), "mm", 200, 1e-3));
+      Figure({{"", "line-d", std::move(radians)}},
+             OverTime(fmt::format("rotation, {}", how), "degrees", 200, 1e-3));
     }
     html_ += "</div></section>";
   }
@@ -397,7 +353,7 @@ class Page {
     const ScalarTrack b = AngleTrack(mb, joint.joint_b, SignsOfB(mb, joint));
     const double scale = joint.prismatic ? 1e3 : kDegrees;
     const char* unit = joint.prismatic ? "mm" : "degrees";
-    Points difference;
+    PlotPoints difference;
     ForCommonTimes(a.time_us, b.time_us, comparison_.compared_until_us, [&](size_t i, size_t j) {
       difference.emplace_back(Seconds(a.time_us[i]), (a.value[i] - b.value[j]) * scale);
     });
@@ -422,35 +378,19 @@ class Page {
             simulated_b_->LinkTrack(mb.model_index, link.link_b)};
   }
 
-  /// A plot over sim time, with the first divergence marked.
-  PlotOptions OverTime(std::string title, const char* unit, int height, double least_y_span) const {
-    return {std::move(title), "sim time (s)", unit, 640, height, false, least_y_span, Marks()};
-  }
-
-  /// What people did to the robots, and where the first divergence is, for plots over sim time (s).
-  [[nodiscard]] std::vector<PlotMark> Marks() const {
-    std::vector<PlotMark> marks = CommandMarks(comparison_);
-    if (comparison_.first) {
-      marks.push_back(
-          {Seconds(comparison_.items[*comparison_.first].first_over_us), "first divergence"});
-    }
-    return marks;
-  }
-
   const RunLog& a_;
   const RunLog& b_;
   const Comparison& comparison_;
   /// Poses of all links at rest, and in the simulated world; only if both logs have a model.
   RestPoses rest_a_, rest_b_;
   std::unique_ptr<SimulatedPoses> simulated_a_, simulated_b_;
-  std::string html_;
 };
 
 }  // namespace
 
 std::string ReportHtml(const RunLog& a, const RunLog& b, const Comparison& comparison) {
   // Aligned runs are shown over one time line, that of A.
-  return Page(a, comparison.aligned_b ? *comparison.aligned_b : b, comparison).Build();
+  return ComparisonPage(a, comparison.aligned_b ? *comparison.aligned_b : b, comparison).Build();
 }
 
 }  // namespace morphbus::logger

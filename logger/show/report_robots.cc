@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "compiler/base/text.h"
+#include "logger/show/report_page.h"
 #include "logger/show/robot_scenes.h"
-#include "logger/show/svg_plot.h"
 
 namespace morphbus::logger {
 namespace {
@@ -218,16 +218,14 @@ std::string DifferenceTable(const RunLog& a, const RunLog& b,
   if (differences.empty()) {
     return "<p class='dim'>Both robots are joined by the same connectors in the same ways.</p>";
   }
-  std::string html =
-      "<div class='scroll'><table><thead><tr><th class='n'>no.</th><th>between</th><th>in A</th>"
-      "<th>in B</th></tr></thead><tbody>";
+  std::string html = TableHead({"#no.", "between", "in A", "in B"});
   for (size_t i = 0; i < differences.size(); ++i) {
     const Difference& d = differences[i];
     html += fmt::format("<tr><td class='n'>{}</td><td>{} – {}</td><td>{}</td><td>{}</td></tr>",
                         i + 1, EscapeHtml(RoleName(d.role_a)), EscapeHtml(RoleName(d.role_b)),
                         EscapeHtml(DockingText(a, d.in_a)), EscapeHtml(DockingText(b, d.in_b)));
   }
-  return html + "</tbody></table></div>";
+  return html + TableEnd("");
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "logger/show/robot_scenes.h"
 
 #include <fmt/format.h>
-#include <sodium/utils.h>
 
 #include <algorithm>
 #include <memory>
@@ -9,22 +8,10 @@
 
 #include "bridge/description/run_model.h"
 #include "bridge/module/program_roles.h"
+#include "compiler/base/base64.h"
 #include "logger/show/svg_plot.h"
 
 namespace morphbus::logger {
-namespace {
-
-std::string Base64(const std::string& bytes) {
-  constexpr int kWithPadding = sodium_base64_VARIANT_ORIGINAL;
-  // With a NUL at the end, which a string has of its own.
-  std::string text(sodium_base64_ENCODED_LEN(bytes.size(), kWithPadding), '\0');
-  sodium_bin2base64(text.data(), text.size(), reinterpret_cast<const unsigned char*>(bytes.data()),
-                    bytes.size(), kWithPadding);
-  text.pop_back();
-  return text;
-}
-
-}  // namespace
 
 RoleColors ColorsOf(const std::vector<const RunLog*>& logs) {
   RoleColors colors;
@@ -74,9 +61,7 @@ std::vector<std::string> RolesAt(const RunLog& log, int64_t time_us) {
 
 size_t WorldAt(const RunLog& log, int64_t time_us) {
   // Samples are in order of time; that of the time itself counts, too.
-  const auto after =
-      std::upper_bound(log.world.begin(), log.world.end(), time_us,
-                       [](int64_t t, const WorldSample& w) { return t < w.time_us; });
+  const auto after = std::ranges::upper_bound(log.world, time_us, {}, &WorldSample::time_us);
   const auto at = after == log.world.begin() ? after : after - 1;
   return static_cast<size_t>(at - log.world.begin());
 }
@@ -96,16 +81,11 @@ Scene SceneAt(const RunLog& log, const SimulatedPoses& poses, size_t sample,
       X_WL[m][l] = poses.X_WL(sample, m, l).value_or(X_WL[m][l]);
     }
   }
-  const std::vector<std::string> roles = RolesAt(log, log.world[sample].time_us);
-  Scene scene = SceneOf(*log.model, *log.robot, X_WL, std::vector<int>(log.robot->modules.size()));
-  // Every second link of a module is a little lighter, so that joints can be seen.
-  for (SceneHull& hull : scene.hulls) {
-    // SceneOf has coloured modules by their groups; roles take their place.
-    hull.color = colors.Of(roles[hull.owner]);
-    if (hull.link % 2 == 1) {
-      for (double& c : hull.color) c = 1 - (1 - c) * 0.72;
-    }
+  std::vector<Color> by_role;
+  for (const std::string& role : RolesAt(log, log.world[sample].time_us)) {
+    by_role.push_back(colors.Of(role));
   }
+  Scene scene = SceneOf(*log.model, *log.robot, X_WL, by_role);
   AddObstacles(log.described->obstacles, &scene);
   return scene;
 }
@@ -119,10 +99,10 @@ void AddObstacles(const std::vector<world::Obstacle>& obstacles, Scene* scene) {
       // A plane without end would make the picture's scale too small to see the robot.
       obstacle.size = obstacle.size.cwiseMin(kPlate_m);
     }
-    scene->hulls.push_back(
-        {world::CornersOf(obstacle), obstacle.X_WO, {0.55, 0.55, 0.55}, kNobody, 0});
+    SceneHull& hull = scene->hulls.emplace_back(
+        SceneHull{world::CornersOf(obstacle), obstacle.X_WO, {0.55, 0.55, 0.55}, kNobody});
     // A mesh is not its hull.
-    if (obstacle.mesh) scene->hulls.back().triangles = obstacle.mesh->triangles;
+    if (obstacle.mesh) hull.triangles = obstacle.mesh->triangles;
   }
 }
 

@@ -21,8 +21,7 @@ RoleColors ColorsOf(const std::vector<const RunLog*>& logs);
 /// Every role that some module had at some time, by name, with the empty one for none.
 std::vector<std::string> RolesIn(const RunLog& log);
 
-/// A row a role; "(no role)" for the empty one, if any module ever has none for longer than
-/// `from_us` (µs) on.
+/// A row a role, each once; "(no role)" for the empty one.
 std::vector<LegendEntry> RoleLegend(const RoleColors& colors,
                                     const std::vector<std::string>& roles);
 

@@ -1,42 +1,36 @@
-#include "logger/show/run_report.h"
+#include "logger/show/report.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "compiler/base/text.h"
-#include "logger/compare/matcher.h"
+#include "logger/compare/comparer.h"
 #include "logger/figures/run_figures.h"
 #include "logger/show/command_list.h"
-#include "logger/show/report_style.h"
+#include "logger/show/report_page.h"
 #include "logger/show/robot_scenes.h"
 #include "logger/show/timeline.h"
 
 namespace morphbus::logger {
 namespace {
 
-constexpr double kDegreesARadian = 180.0 / std::numbers::pi;
 /// So many faults are listed on the page; `info` lists all.
 constexpr size_t kMostFaults = 50;
 
-using PlotPoints = std::vector<std::pair<double, double>>;
-
-/// Builds the page piece by piece, from top to bottom: each function appends one section to html_.
-class RunPage {
+/// The page, section by section.
+class RunPage : private ReportPage {
  public:
-  explicit RunPage(const RunLog& log) : log_(log), facts_(log.facts) {}
+  explicit RunPage(const RunLog& log) : log_(log), facts_(log.facts) {
+    marks_ = CommandMarks(facts_);
+  }
 
   std::string Build() {
-    html_ = fmt::format(
-        "<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
-        "<meta name='viewport' content='width=device-width, initial-scale=1'>"
-        "<title>{0}</title><style>{1}</style></head><body><main><h1>{0}</h1>",
-        EscapeHtml(fmt::format("{} of {}", facts_.robot_name.empty() ? "a run" : facts_.robot_name,
-                               facts_.path)),
-        kReportStyle);
+    const std::string title = fmt::format(
+        "{} of {}", facts_.robot_name.empty() ? "a run" : facts_.robot_name, facts_.path);
+    Begin(title, title);
     // Without a model or without a tick there is nothing to draw: facts and faults remain.
     if (log_.robot != nullptr && !log_.ticks_us.empty()) Prepare();
     Summary();
@@ -55,8 +49,7 @@ class RunPage {
     Faults();
     Channels();
     if (prepared_) FiguresForScripts();
-    html_ += "</main></body></html>\n";
-    return std::move(html_);
+    return End();
   }
 
  private:
@@ -71,30 +64,13 @@ class RunPage {
     colors_ = ColorsOf({&log_});
   }
 
-  /// A line of the list of facts; one without a value is left out, as of a log without a
-  /// description.
-  void Fact(const char* name, const std::string& value) {
-    if (!value.empty()) {
-      html_ += fmt::format("<dt>{}</dt><dd>{}</dd>", name, EscapeHtml(value));
-    }
-  }
-
   /// What ran, and in figures what came of it.
   void Summary() {
     // What ran.
     html_ += "<div class='cards'><section class='card'><h2>The run</h2><dl>";
-    Fact("robot",
-         facts_.robot_name + (facts_.model_file.empty() ? "" : "  (" + facts_.model_file + ")"));
-    Fact("program", facts_.program_file);
-    Fact("run", facts_.run + (facts_.mode.empty() ? "" : ", " + facts_.mode));
-    Fact("length", fmt::format("{:.3f} s, {} ticks of {:.0f} ms", facts_.seconds, facts_.ticks,
-                               facts_.tick_us * 1e-3));
-    Fact("modules", fmt::format("{}, root {}", log_.modules.size(),
-                                facts_.root_module.empty() ? "?" : facts_.root_module));
+    RunFacts(log_);
     Fact("hash", facts_.run_hash);
-    Fact("started", facts_.started);
-    Fact("build", facts_.build);
-    Fact("arithmetic", facts_.arithmetic.empty() ? "not known" : facts_.arithmetic);
+    BuildFacts(facts_);
     html_ += "</dl></section><section class='card'><h2>What came of it</h2><dl>";
     // How far it came, how it stood, and its gait, in the words of `run`.
     if (prepared_) {
@@ -102,8 +78,7 @@ class RunPage {
     }
     // What went wrong in the program, on the bus, and at the end.
     Fact("faults", facts_.num_faults == 0 ? "none" : std::to_string(facts_.num_faults));
-    Fact("messages", fmt::format("{} events, {} lost, {} damaged places", facts_.events,
-                                 facts_.lost(), facts_.num_damage));
+    MessageFact(facts_);
     const bool clean = facts_.end && facts_.end->clean;
     Fact("end", std::string(EndStateName(facts_.end_state)) +
                     (facts_.end ? clean ? ", clean" : ", not clean: " + facts_.end->reason : ""));
@@ -122,10 +97,7 @@ class RunPage {
       notes.push_back(
           fmt::format("END is {}: the log is not whole", EndStateName(facts_.end_state)));
     }
-    if (notes.empty()) return;
-    html_ += "<section class='notes'><h2>What to know</h2><ul>";
-    for (const std::string& note : notes) html_ += "<li>" + EscapeHtml(note) + "</li>";
-    html_ += "</ul></section>";
+    Notes(notes);
   }
 
   /// The moments that are worth a picture: start, roles taken, a cycle in four instants, end.
@@ -158,8 +130,7 @@ class RunPage {
       if (moments.size() >= 8) break;
       moments.emplace_back(fault.time_us, "fault of " + fault.module);
     }
-    std::stable_sort(moments.begin(), moments.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::ranges::stable_sort(moments, {}, &std::pair<int64_t, std::string>::first);
     return moments;
   }
 
@@ -196,18 +167,6 @@ class RunPage {
     html_ += "</div>" + RoleKeyHtml(colors_, roles) + "</section>";
   }
 
-  /// Options of a plot over sim time, 640 px wide; `height` in px, `least` the smallest span of its
-  /// values (`unit`). It has marks where a command acted on the robot.
-  PlotOptions OverTime(std::string title, const char* unit, int height, double least) const {
-    return {std::move(title), "sim time (s)", unit,  640,
-            height,           false,          least, CommandMarks(facts_)};
-  }
-
-  /// A plot as a section's next figure.
-  void Figure(const std::vector<PlotLine>& lines, const PlotOptions& options) {
-    html_ += "<figure>" + PlotSvg(lines, options) + "</figure>";
-  }
-
   /// The way of the centre of mass from above, and the trunk's height.
   void Travel() {
     const std::vector<RobotSample>& track = figures_.motion.track;
@@ -234,7 +193,7 @@ class RunPage {
       TimelineRow row{module.name, {}, {}};
       for (const RoleSpan& span : RoleSpans(module, log_.ticks_us.back())) {
         // A bar for each stretch of time in which the module played one role.
-        const std::string role = span.role.empty() ? "(no role)" : span.role;
+        const std::string role = RoleName(span.role);
         const Color color = colors_.Of(span.role);
         // A new label does not end a role.
         if (!row.bars.empty() && row.bars.back().text == role) {
@@ -270,13 +229,8 @@ class RunPage {
 
   /// A row for each cycle: when it began, how long it took, and how it moved and turned the robot.
   void CycleTable(const Gait& gait) {
-    html_ +=
-        "<div class='scroll'><table><thead><tr><th>cycle</th><th class='n'>from<br>"
-        "<small>s</small></th><th class='n'>takes<br><small>s</small></th>"
-        "<th class='n'>moves north<br><small>mm</small></th>"
-        "<th class='n'>moves east<br><small>mm</small></th>"
-        "<th class='n'>turns<br><small>deg</small></th>"
-        "<th class='n'>energy<br><small>J</small></th></tr></thead><tbody>";
+    html_ += TableHead({"cycle", "#from|s", "#takes|s", "#moves north|mm", "#moves east|mm",
+                        "#turns|deg", "#energy|J"});
     for (int i = 0; i < gait.num_cycles(); ++i) {
       html_ +=
           fmt::format("<tr><td>{}</td><td class='n'>{:.2f}</td><td class='n'>{:.2f}</td>", i + 1,
@@ -292,10 +246,10 @@ class RunPage {
       html_ += fmt::format(
           "<td class='n'>{:.1f}</td><td class='n'>{:.1f}</td><td class='n'>{:+.2f}</td>"
           "<td class='n'>{:.2f}</td></tr>",
-          cycle.advance.x() * 1e3, cycle.advance.z() * 1e3, cycle.turn_rad * kDegreesARadian,
+          cycle.advance.x() * 1e3, cycle.advance.z() * 1e3, cycle.turn_rad * kDegrees,
           cycle.energy_j);
     }
-    html_ += "</tbody></table></div>";
+    html_ += TableEnd("");
   }
 
   /// Which link is on the ground when: in the last two cycles, with its share of all cycles.
@@ -317,7 +271,7 @@ class RunPage {
         if (to < begin || from > end) continue;
         // A stance ends with its last sample; the track may have holes, over which nothing is said.
         row.bars.push_back({Seconds(std::max(from, begin)), Seconds(std::min(to, end)),
-                            colors_.Of(role), RoleOr(role)});
+                            colors_.Of(role), RoleName(role)});
       }
       rows.push_back(std::move(row));
     }
@@ -330,33 +284,25 @@ class RunPage {
   /// How hard motors worked and what links bore, over the whole run; and each motor's effort.
   void Efforts() {
     if (!figures_.has_world) return;
-    html_ +=
-        "<section><h2>Effort</h2><div class='scroll'><table><thead><tr><th>motor</th>"
-        "<th class='n'>root mean square<br><small>N m, N</small></th>"
-        "<th class='n'>most<br><small>N m, N</small></th></tr></thead><tbody>";
+    html_ += "<section><h2>Effort</h2>";
+    html_ += TableHead({"motor", "#root mean square|N m, N", "#most|N m, N"});
     for (const JointLoad& joint : figures_.joint_loads) {
       html_ += fmt::format("<tr><td>{}</td><td class='n'>{:.3f}</td><td class='n'>{:.3f}</td></tr>",
                            EscapeHtml(joint.name), joint.rms, joint.peak);
     }
-    html_ +=
-        "</tbody></table></div><div class='scroll'><table><thead><tr><th>link on the ground or an "
-        "obstacle</th><th class='n'>mean load, up<br><small>N</small></th>"
-        "<th class='n'>most<br><small>N</small></th></tr></thead><tbody>";
+    html_ += TableEnd("");
+    html_ += TableHead({"link on the ground or an obstacle", "#mean load, up|N", "#most|N"});
     for (const LinkLoad& link : figures_.motion.loads) {
       html_ += fmt::format("<tr><td>{}</td><td class='n'>{:.2f}</td><td class='n'>{:.2f}</td></tr>",
                            EscapeHtml(link.name), link.mean_W.y(), link.peak_n);
     }
-    html_ += "</tbody></table></div><div class='plots'>";
+    html_ += TableEnd("<div class='plots'>");
     for (const ModulePair& pair : matching_.pairs) {
       for (const JointPair& joint : pair.joints) {
         const ModuleSeries& module = log_.modules[pair.a];
         const ScalarTrack efforts = EffortTrack(module, joint.joint_a, SignsOfA(module, joint));
-        PlotPoints points;
-        for (size_t i = 0; i < efforts.value.size(); ++i) {
-          points.emplace_back(Seconds(efforts.time_us[i]), efforts.value[i]);
-        }
-        Figure({{"", "line-a", std::move(points)}},
-               OverTime(fmt::format("{} {}  ({})", RoleOr(pair.role), joint.label, module.name),
+        Figure({{"", "line-a", Over(efforts, 1.0)}},
+               OverTime(fmt::format("{} {}  ({})", RoleName(pair.role), joint.label, module.name),
                         joint.prismatic ? "N" : "N m", 190, 0.1));
       }
     }
@@ -371,8 +317,6 @@ class RunPage {
     return "";
   }
 
-  static std::string RoleOr(const std::string& role) { return role.empty() ? "(no role)" : role; }
-
   /// Every joint: where it was, and where it was told to go.
   void Joints() {
     html_ +=
@@ -384,12 +328,9 @@ class RunPage {
         const ModuleSeries& module = log_.modules[pair.a];
         // Values are those of the program: degrees or millimetres under the convention of the role.
         const JointSigns signs = SignsOfA(module, joint);
-        const double scale = joint.prismatic ? 1e3 : kDegreesARadian;
-        PlotPoints measured, told;
+        const double scale = joint.prismatic ? 1e3 : kDegrees;
+        PlotPoints told;
         const ScalarTrack angles = AngleTrack(module, joint.joint_a, signs);
-        for (size_t i = 0; i < angles.value.size(); ++i) {
-          measured.emplace_back(Seconds(angles.time_us[i]), angles.value[i] * scale);
-        }
         // Of the commands only positions; a velocity is no place to go.
         const Track<JointCommand> commands = CommandsOf(module, joint.joint_a, signs);
         for (size_t i = 0; i < commands.value.size(); ++i) {
@@ -397,8 +338,8 @@ class RunPage {
           told.emplace_back(Seconds(commands.time_us[i]), commands.value[i].value * scale);
         }
         Figure(
-            {{"measured", "line-a", std::move(measured)}, {"command", "line-b", std::move(told)}},
-            OverTime(fmt::format("{} {}  ({})", RoleOr(pair.role), joint.label, module.name),
+            {{"measured", "line-a", Over(angles, scale)}, {"command", "line-b", std::move(told)}},
+            OverTime(fmt::format("{} {}  ({})", RoleName(pair.role), joint.label, module.name),
                      joint.prismatic ? "mm" : "degrees", 190, joint.prismatic ? 1.0 : 5.0));
       }
     }
@@ -408,10 +349,8 @@ class RunPage {
   /// The first faults, with their places in the source.
   void Faults() {
     if (facts_.faults.empty()) return;
-    html_ +=
-        "<section><h2>Faults of the program</h2><div class='scroll'><table><thead><tr>"
-        "<th class='n'>time<br><small>s</small></th><th>module</th><th>role</th>"
-        "<th>what</th></tr></thead><tbody>";
+    html_ += "<section><h2>Faults of the program</h2>";
+    html_ += TableHead({"#time|s", "module", "role", "what"});
     for (size_t i = 0; i < std::min(facts_.faults.size(), kMostFaults); ++i) {
       const FaultFact& fault = facts_.faults[i];
       html_ += fmt::format(
@@ -419,7 +358,7 @@ class RunPage {
           Seconds(fault.time_us), EscapeHtml(fault.module), EscapeHtml(fault.role),
           EscapeHtml(fault.Line()));
     }
-    html_ += "</tbody></table></div>";
+    html_ += TableEnd("");
     if (facts_.num_faults > static_cast<int64_t>(kMostFaults)) {
       html_ +=
           fmt::format("<p class='dim'>{} in all; morphbus info lists more.</p>", facts_.num_faults);
@@ -440,10 +379,8 @@ class RunPage {
 
   /// What was said on which channel, folded away.
   void Channels() {
-    html_ +=
-        "<details><summary>Channels</summary><div class='scroll'><table><thead><tr>"
-        "<th>channel</th><th class='n'>messages</th><th class='n'>bytes</th>"
-        "<th class='n'>lost</th><th class='n'>bad</th></tr></thead><tbody>";
+    html_ += "<details><summary>Channels</summary>";
+    html_ += TableHead({"channel", "#messages", "#bytes", "#lost", "#bad"});
     // Channels that lack something stand out; a damaged log can name any number of them.
     size_t listed = 0;
     for (const auto& [name, channel] : facts_.channels) {
@@ -454,7 +391,7 @@ class RunPage {
           channel.lost + channel.bad > 0 ? " class='over'" : "", EscapeHtml(name), channel.messages,
           channel.bytes, channel.lost, channel.bad);
     }
-    html_ += "</tbody></table></div></details>";
+    html_ += TableEnd("</details>");
   }
 
   const RunLog& log_;
@@ -465,7 +402,6 @@ class RunPage {
   std::unique_ptr<SimulatedPoses> poses_;
   RunFigures figures_;
   RoleColors colors_;
-  std::string html_;
 };
 
 }  // namespace

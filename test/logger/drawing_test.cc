@@ -277,7 +277,7 @@ TEST_F(DrawingTest, AllModulesOfARobotAreDrawnWithTheirNames) {
   const auto model = sim::test::MtranModel();
   const model::Robot& robot = model->robots[0];
   const Scene scene =
-      SceneOf(*model, robot, sim::PlaceOnGround(*model, robot), {0, 1, 2, 3, 4, 5, 6, 7, 8});
+      SceneOf(*model, robot, sim::PlaceOnGround(*model, robot), std::vector<Color>(9));
   EXPECT_EQ(scene.hulls.size(), 27u);
   ASSERT_EQ(scene.names.size(), 9u);
   EXPECT_EQ(scene.names[4].text, "m5");

@@ -94,7 +94,8 @@ std::optional<logger::CompareOptions> WayOf(const CompareOptions& options) {
     way.tolerances.push_back(*entry);
   }
   // Groups of quantities that a log may lack, such as those of a simulated world.
-  const std::vector<std::string> groups = NamesOf(logger::QuantityGroups());
+  const std::vector<std::string> groups(std::begin(logger::kQuantityGroups),
+                                        std::end(logger::kQuantityGroups));
   for (const std::string& name : options.without) {
     if (std::find(groups.begin(), groups.end(), name) == groups.end()) {
       return Refuse(fmt::format("--without {}{}: expected one of {}", name,
@@ -319,7 +320,7 @@ void AddCompare(CommandLine* line) {
       .Repeatable();
   sub.Add("--without", &options->without,
           fmt::format("Leave quantities out that a log does not hold; may be repeated: {}",
-                      fmt::join(NamesOf(logger::QuantityGroups()), ", ")))
+                      fmt::join(logger::kQuantityGroups, ", ")))
       .TypeName("GROUP")
       .Repeatable();
   sub.Add("--baseline", &options->baseline,

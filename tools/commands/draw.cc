@@ -93,11 +93,11 @@ int DrawModel(const DrawOptions& options, const std::vector<logger::View>& views
     return kUnusable;
   const model::Robot* robot = PickRobot(*model, options.robot);
   if (robot == nullptr) return kUnusable;
-  // Each module is a group, and so has a colour, of its own.
-  std::vector<int> group(robot->modules.size());
-  for (size_t m = 0; m < group.size(); ++m) group[m] = static_cast<int>(m);
+  // Each module has a colour of its own.
+  std::vector<Color> colors(robot->modules.size());
+  for (size_t m = 0; m < colors.size(); ++m) colors[m] = PaletteColor(static_cast<int>(m));
   // The robot stands where a run of it begins, half a millimetre above the ground.
-  logger::Scene scene = logger::SceneOf(*model, *robot, sim::PlaceOnGround(*model, *robot), group);
+  logger::Scene scene = logger::SceneOf(*model, *robot, sim::PlaceOnGround(*model, *robot), colors);
   if (!options.world.empty()) {
     const std::optional<LoadedWorld> world = LoadWorld(options.world);
     if (!world) return kUnusable;

@@ -4,7 +4,6 @@
 #include <sched.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <random>
 
 #include "bridge/bus/faulty_bus.h"
@@ -69,12 +68,6 @@ void Record(logger::Recorder* recorder, bridge::FaultyBus* bus, const bridge::Ti
                           [&] { recorder->EachSecond(); });
 }
 
-/// Wall clock, microseconds since 1970.
-int64_t WallClockUs() {
-  const auto since = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(since).count();
-}
-
 /// Records a replay: every message that it publishes, exactly once.
 int Follow(const LogOptions& options) {
   const RunOptions& from = options.plan.options;
@@ -95,7 +88,8 @@ int Follow(const LogOptions& options) {
   logger::ReplayFollower follower(bus->get(), options.follow, fmt::format("F{}", getpid()),
                                   [&](std::string_view channel, std::span<const uint8_t> data) {
                                     if (written)
-                                      written = (*writer)->Write(WallClockUs(), channel, data);
+                                      written =
+                                          (*writer)->Write(logger::WallClockUs(), channel, data);
                                   });
   const bridge::MonotonicTime time;
   while (!follower.finished() && !follower.abandoned() && written && CaughtSignal() == 0) {

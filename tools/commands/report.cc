@@ -1,7 +1,7 @@
 // morphbus report: one run on a page.
 
+#include "logger/show/report.h"
 #include "logger/log/run_log.h"
-#include "logger/show/run_report.h"
 #include "tools/base/output_path.h"
 #include "tools/base/work_progress.h"
 #include "tools/commands/commands.h"
