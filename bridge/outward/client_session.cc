@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "compiler/base/base64.h"
 #include "compiler/base/text.h"
 
 namespace morphbus::bridge {
@@ -16,24 +17,6 @@ using nlohmann::ordered_json;
 constexpr double kTellMissedEvery = 1.0;
 /// How much of a client's words is told back to it, bytes.
 constexpr size_t kMostQuoted = 80;
-
-/// Base64 with padding (RFC 4648), as schemas travel in JSON.
-std::string Base64(const std::string& bytes) {
-  static constexpr char kDigits[] =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    uint32_t group = 0;
-    const size_t have = std::min<size_t>(3, bytes.size() - i);
-    for (size_t k = 0; k < 3; ++k) {
-      group = group << 8 | (k < have ? static_cast<uint8_t>(bytes[i + k]) : 0U);
-    }
-    for (size_t k = 0; k < 4; ++k) {
-      out.push_back(k <= have ? kDigits[group >> (18 - 6 * k) & 63U] : '=');
-    }
-  }
-  return out;
-}
 
 /// Little-endian, as the protocol has all its numbers.
 template <class T>
@@ -54,12 +37,8 @@ uint32_t ReadU32(std::string_view bytes, size_t at) {
 
 /// A whole number of 32 bits; nothing if the JSON is anything else.
 std::optional<uint32_t> ToU32(const json& value) {
-  if (!value.is_number_integer()) return std::nullopt;
-  if (value.is_number_unsigned()) {
-    const auto number = value.get<uint64_t>();
-    if (number <= std::numeric_limits<uint32_t>::max()) return static_cast<uint32_t>(number);
-  }
-  return std::nullopt;
+  const uint64_t number = value.is_number_unsigned() ? value.get<uint64_t>() : UINT64_MAX;
+  return number <= UINT32_MAX ? std::optional(static_cast<uint32_t>(number)) : std::nullopt;
 }
 
 /// The member of an object that is an array; an empty one if there is none.
@@ -143,14 +122,12 @@ void ClientSession::Push(Waiting waiting) {
       (waiting_.size() >= kMostWaiting || waiting_bytes_ + size > kMostWaitingBytes)) {
     Compact();
     // Even the one of this channel that was left goes, since a newer one comes.
-    const auto older = std::find_if(waiting_.begin(), waiting_.end(),
-                                    [&](const Waiting& w) { return w.channel == waiting.channel; });
+    const auto older = std::ranges::find(waiting_, waiting.channel, &Waiting::channel);
     if (older != waiting_.end()) {
       waiting_bytes_ -= older->frame.head_size + older->frame.body->size();
       waiting_.erase(older);
       ++missed_[waiting.channel];
       ++missed_total_;
-      ++missed_ever_;
     }
   }
   waiting_bytes_ += size;
@@ -170,21 +147,24 @@ void ClientSession::Compact() {
     if (it->channel < 0) continue;
     ++missed_[it->channel];
     ++missed_total_;
-    ++missed_ever_;
   }
   waiting_ = std::move(kept);
 }
 
-void ClientSession::Answer(const ordered_json& message) {
+void ClientSession::Answer(OutgoingFrame frame) {
   // A client that asks and does not read is no client.
   if (answers_ >= kMostAnswers) overrun_ = true;
   if (overrun_) return;
   ++answers_;
-  Waiting waiting;
+  Push({kAnswer, std::move(frame)});
+}
+
+void ClientSession::Answer(const ordered_json& message) {
+  OutgoingFrame frame;
   // What a client wrote may be told back to it, and need not be UTF-8.
-  waiting.frame.body = std::make_shared<const std::string>(
+  frame.body = std::make_shared<const std::string>(
       message.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
-  Push(std::move(waiting));
+  Answer(std::move(frame));
 }
 
 void ClientSession::Offer(size_t channel, int64_t time_ns,
@@ -213,8 +193,7 @@ void ClientSession::OfferTime(int64_t time_ns) {
   Put(static_cast<uint64_t>(time_ns), &waiting.frame);
   waiting.frame.body = kEmpty;
   // An older time that has not gone out has become worthless, and its place is taken.
-  const auto older = std::find_if(waiting_.begin(), waiting_.end(),
-                                  [](const Waiting& w) { return w.channel == kTime; });
+  const auto older = std::ranges::find(waiting_, kTime, &Waiting::channel);
   if (older != waiting_.end()) {
     older->frame = std::move(waiting.frame);
   } else {
@@ -421,20 +400,16 @@ void ClientSession::TakeBinary(std::string_view bytes, std::vector<ClientRequest
 
 void ClientSession::AnswerCall(uint32_t service, uint32_t call, const json& answer) {
   if (calls_ > 0) --calls_;
-  // As in Answer(): who calls and does not read is given up.
-  if (answers_ >= kMostAnswers) overrun_ = true;
-  if (overrun_) return;
-  ++answers_;
-  Waiting waiting;
+  OutgoingFrame frame;
   // A service's response: kind 3, service, call, and the encoding with its length.
-  waiting.frame.binary = true;
-  Put(uint8_t{3}, &waiting.frame);
-  Put(service, &waiting.frame);
-  Put(call, &waiting.frame);
-  Put(uint32_t{4}, &waiting.frame);
-  waiting.frame.body = std::make_shared<const std::string>(
+  frame.binary = true;
+  Put(uint8_t{3}, &frame);
+  Put(service, &frame);
+  Put(call, &frame);
+  Put(uint32_t{4}, &frame);
+  frame.body = std::make_shared<const std::string>(
       "json" + answer.dump(-1, ' ', false, json::error_handler_t::replace));
-  Push(std::move(waiting));
+  Answer(std::move(frame));
 }
 
 void ClientSession::RefuseCall(uint32_t service, uint32_t call, const std::string& reason) {
@@ -445,10 +420,8 @@ void ClientSession::RefuseCall(uint32_t service, uint32_t call, const std::strin
           {"message", reason}});
 }
 
-void ClientSession::SendStatus(int level, const std::string& text, const std::string& id) {
-  ordered_json message = {{"op", "status"}, {"level", level}, {"message", text}};
-  if (!id.empty()) message["id"] = id;
-  Answer(message);
+void ClientSession::SendStatus(int level, const std::string& text) {
+  Answer({{"op", "status"}, {"level", level}, {"message", text}});
 }
 
 }  // namespace morphbus::bridge

@@ -93,17 +93,14 @@ class ClientSession {
   void AnswerCall(uint32_t service, uint32_t call, const nlohmann::json& answer);
   void RefuseCall(uint32_t service, uint32_t call, const std::string& reason);
   /// Tells the client something: level 0 information, 1 warning, 2 error.
-  void SendStatus(int level, const std::string& text, const std::string& id = "");
+  void SendStatus(int level, const std::string& text);
 
   /// The next frame, if there is one. `now_s` is any clock that does not go back.
   std::optional<OutgoingFrame> Next(double now_s);
   /// Whether the client does not read what it asks for, and is to be given up.
   [[nodiscard]] bool overrun() const { return overrun_; }
-  /// By which the hub knows it, and whether it gave the token.
-  [[nodiscard]] uint64_t id() const { return id_; }
+  /// Whether it gave the token.
   [[nodiscard]] bool may_control() const { return may_control_; }
-  /// Messages that were left out for this client so far.
-  [[nodiscard]] int64_t missed() const { return missed_ever_; }
 
  private:
   /// In place of a channel's index: what answers the client, and the server's time.
@@ -122,7 +119,8 @@ class ClientSession {
   void SubscribeParameters(const nlohmann::json& message, bool subscribe);
   /// Sends parameters by name; all if there is no name.
   void SendParameters(const std::vector<std::string>& names, const std::string& id);
-  /// Puts a JSON message into the queue.
+  /// Puts what answers the client into the queue: a frame, or a JSON message.
+  void Answer(OutgoingFrame frame);
   void Answer(const nlohmann::ordered_json& message);
   /// Puts a frame into the queue; a message may make older ones go.
   void Push(Waiting waiting);
@@ -149,9 +147,9 @@ class ClientSession {
   size_t answers_ = 0;           ///< Of what waits.
   size_t calls_ = 0;             ///< Calls that are not answered.
   bool overrun_ = false;
-  // What was left out: since the client was told last, by channel, and ever.
+  // What was left out since the client was told last: by channel, and in all.
   std::vector<int64_t> missed_;
-  int64_t missed_total_ = 0, missed_ever_ = 0;
+  int64_t missed_total_ = 0;
   double told_missed_s_ = -1e9;  ///< When the client was told last, on the clock of Next().
 };
 

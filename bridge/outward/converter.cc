@@ -18,17 +18,6 @@ std::vector<std::string> NamesOf(const model::Robot& robot) {
   return names;
 }
 
-/// Poses of messages as poses to calculate with: WORLD has doubles, TRANSFORM floats.
-LinkPose PoseOf(const double (&position_m)[3], const double (&orientation_wxyz)[4]) {
-  const double* q = orientation_wxyz;
-  return {{position_m[0], position_m[1], position_m[2]}, {q[0], q[1], q[2], q[3]}};
-}
-
-LinkPose PoseOf(const morphbus::pose_t& pose) {
-  const float* q = pose.orientation_wxyz;
-  return {{pose.position_m[0], pose.position_m[1], pose.position_m[2]}, {q[0], q[1], q[2], q[3]}};
-}
-
 /// A quarter turn about x: what is up in W (y) is up for viewers (z).
 LinkPose WorldForViewers() {
   const double half = std::sqrt(0.5);
@@ -267,9 +256,8 @@ void Converter::SendConnections(int64_t time_us) {
       // Connectors that the types do not have are left out: the message may be made up.
       const auto& own_type = run_->TypeOf(m).connectors;
       const auto& mate_type = run_->TypeOf(mate).connectors;
-      if (docked.connector < 0 || static_cast<size_t>(docked.connector) >= own_type.size() ||
-          docked.mate_connector < 0 ||
-          static_cast<size_t>(docked.mate_connector) >= mate_type.size()) {
+      if (!IsIndex(docked.connector, own_type.size()) ||
+          !IsIndex(docked.mate_connector, mate_type.size())) {
         continue;
       }
       morphbus::Connection& connection = *connections.add_connections();
@@ -332,7 +320,7 @@ void Converter::SendWorld() {
   const auto X_WL = [&](int module, int link) {
     const LinkPlace& place = places_[module][link];
     const morphbus::body_pose_t& body = bodies_[place.body];
-    return PoseOf(body.position_m, body.orientation_wxyz) * place.X_BL;
+    return LinkPoseIn(body) * place.X_BL;
   };
   // R goes with the root, unless the root has a sensor: then R stays where it was at the start.
   const auto [root, link] = run_->root;
@@ -377,7 +365,7 @@ void Converter::SendPropagated() {
   links = propagated;
   for (const int m : transforms_.have) {
     for (size_t l = 0; l < X_RL_[m].size(); ++l) {
-      const LinkPose X_RL = PoseOf(X_RL_[m][l]);
+      const LinkPose X_RL = LinkPoseIn(X_RL_[m][l]);
       AddTransform(time_us, source_ + "/robot", propagated_frames_[m][l], X_RL, &propagated);
       if (!clock_.has_world())
         AddTransform(time_us, source_ + "/robot", frames_[m][l], X_RL, &links);

@@ -62,13 +62,13 @@ void Converter::OnActuator(const RunMessage& message, morphbus::actuator_t&& act
   for (const morphbus::connector_command_t& command : actuator.connectors) {
     // Numbers beyond what the type has are of no module of ours.
     const int c = command.connector;
-    if (c < 0 || c >= static_cast<int>(type.connectors.size())) continue;
+    if (!IsIndex(c, type.connectors.size())) continue;
     const model::Connector& connector = type.connectors[c];
     const int s = command.state;
-    if (s < 0 || s >= static_cast<int>(connector.states.size())) continue;
+    if (!IsIndex(s, connector.states.size())) continue;
     const model::StateVariable& state = connector.states[s];
     const int v = command.value;
-    if (v < 0 || v >= static_cast<int>(state.values.size())) continue;
+    if (!IsIndex(v, state.values.size())) continue;
     morphbus::ConnectorOrder& order = *commands_.add_connectors();
     order.set_module(name);
     order.set_connector(connector.name);
@@ -107,9 +107,9 @@ void Converter::OnStatus(const RunMessage& message, morphbus::status_t&& status)
   state.set_lost(states_[module].lost());
   // Labels and signs, with the names of what they are of.
   for (const morphbus::label_t& label : status.labels) {
-    const size_t index = static_cast<size_t>(label.index);
+    const int index = label.index;
     const bool is_joint = label.kind == morphbus::label_t::KIND_JOINT;
-    if (label.index < 0 || index >= (is_joint ? type.joints.size() : type.links.size())) continue;
+    if (!IsIndex(index, is_joint ? type.joints.size() : type.links.size())) continue;
     morphbus::Label& out = *state.add_labels();
     out.set_name(EscapeControl(label.name));
     if (is_joint) {

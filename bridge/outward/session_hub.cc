@@ -38,8 +38,6 @@ void SessionHub::Leave(uint64_t client) {
   const auto found = sessions_.find(client);
   if (found == sessions_.end()) return;
   if (!found->second->may_control()) --guests_;
-  // Its counts outlive it.
-  missed_before_ += found->second->missed();
   sessions_.erase(found);
   ClientRequest gone;
   gone.kind = ClientRequest::Kind::kDisconnected;
@@ -199,19 +197,6 @@ void SessionHub::SendStatus(uint64_t client, int level, const std::string& text)
 std::map<std::string, int64_t> SessionHub::refused() const {
   const std::lock_guard lock(mutex_);
   return refused_;
-}
-
-int64_t SessionHub::missed() const {
-  const std::lock_guard lock(mutex_);
-  // Those who are gone, and those who are there.
-  int64_t missed = missed_before_;
-  for (const auto& [id, session] : sessions_) missed += session->missed();
-  return missed;
-}
-
-int SessionHub::num_clients() const {
-  const std::lock_guard lock(mutex_);
-  return static_cast<int>(sessions_.size());
 }
 
 }  // namespace morphbus::bridge

@@ -67,10 +67,6 @@ class SessionHub {
 
   /// What was refused so far, by kind; kinds that never occurred are left out.
   [[nodiscard]] std::map<std::string, int64_t> refused() const;
-  /// Messages that slow clients missed, all together.
-  [[nodiscard]] int64_t missed() const;
-  /// Clients that are there now.
-  [[nodiscard]] int num_clients() const;
 
  private:
   /// Calls `act` with the session of a client, if it is there, and wakes who sends.
@@ -89,7 +85,6 @@ class SessionHub {
   std::map<std::string, nlohmann::json> parameters_;
   /// By channel: the last message of a state, for who comes later.
   std::vector<std::pair<int64_t, std::shared_ptr<const std::string>>> last_;
-  int64_t missed_before_ = 0;  ///< By clients that are gone.
   uint64_t last_id_ = 0;
   int guests_ = 0;
 };

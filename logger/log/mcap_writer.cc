@@ -77,9 +77,9 @@ class McapWriter::Bytes {
   std::string text_;
 };
 
-McapWriter::McapWriter(ByteSink write, std::string library) : write_(std::move(write)) {
+McapWriter::McapWriter(ByteSink write) : write_(std::move(write)) {
   Emit(kMcapMagic);
-  Emit(Bytes().AddText("").AddText(library).AsRecord(Record::kHeader));
+  Emit(Bytes().AddText("").AddText("morphbus").AsRecord(Record::kHeader));
 }
 
 void McapWriter::Emit(std::string_view bytes) {
@@ -92,29 +92,29 @@ void McapWriter::Emit(std::string_view bytes) {
   if (!written) error_ = written.error().message;
 }
 
-uint16_t McapWriter::AddSchema(std::string_view name, std::string_view encoding,
-                               std::string_view data) {
+uint16_t McapWriter::AddSchema(std::string_view name, std::string_view data) {
   MORPHBUS_CHECK(schemas_.size() < kMostEntries);
   const auto id = static_cast<uint16_t>(schemas_.size() + 1);
   // Kept as a record, which the summary repeats.
   schemas_.push_back(
-      Bytes().Add(id).AddText(name).AddText(encoding).AddText(data).AsRecord(Record::kSchema));
+      Bytes().Add(id).AddText(name).AddText("protobuf").AddText(data).AsRecord(Record::kSchema));
   chunk_ += schemas_.back();
   return id;
 }
 
 uint16_t McapWriter::AddChannel(uint16_t schema, std::string_view topic,
-                                std::string_view message_encoding,
-                                const std::map<std::string, std::string>& metadata) {
+                                std::string_view message_encoding) {
   // Schema 0 stands for messages without one; channels are numbered from 0, schemas from 1.
   MORPHBUS_CHECK(channels_.size() < kMostEntries && schema <= schemas_.size());
   const auto id = static_cast<uint16_t>(channels_.size());
-  Bytes channel;
-  channel.Add(id).Add(schema).AddText(topic).AddText(message_encoding);
-  channel.AddList([&](Bytes* list) {
-    for (const auto& [key, value] : metadata) list->AddText(key).AddText(value);
-  });
-  channels_.push_back(channel.AsRecord(Record::kChannel));
+  constexpr uint32_t kNoMetadata = 0;
+  channels_.push_back(Bytes()
+                          .Add(id)
+                          .Add(schema)
+                          .AddText(topic)
+                          .AddText(message_encoding)
+                          .Add(kNoMetadata)
+                          .AsRecord(Record::kChannel));
   chunk_ += channels_.back();
   return id;
 }

@@ -22,16 +22,15 @@ class McapWriter {
   /// How large a chunk may grow before it is written, in bytes before compression.
   static constexpr size_t kChunkBytes = size_t{1} << 20;
 
-  /// `write` takes the file's bytes in order. `library` names the program that writes.
-  explicit McapWriter(ByteSink write, std::string library);
+  /// `write` takes the file's bytes in order.
+  explicit McapWriter(ByteSink write);
 
-  /// Adds a schema and returns its number, from 1. For "protobuf", `data` is a serialized
+  /// Adds a schema of Protocol Buffers and returns its number, from 1. `data` is a serialized
   /// FileDescriptorSet with all that it refers to, and `name` the full name of the message in it.
-  uint16_t AddSchema(std::string_view name, std::string_view encoding, std::string_view data);
+  uint16_t AddSchema(std::string_view name, std::string_view data);
   /// Adds a channel and returns its number, from 0. Schema 0 stands for none. There are 65,535 of
   /// each at most (checked).
-  uint16_t AddChannel(uint16_t schema, std::string_view topic, std::string_view message_encoding,
-                      const std::map<std::string, std::string>& metadata = {});
+  uint16_t AddChannel(uint16_t schema, std::string_view topic, std::string_view message_encoding);
   /// Appends a message. Times are nanoseconds; readers sort by `log_time_ns`, which need not ascend
   /// here. Fails as the sink does; from the first failure on nothing more is written.
   Result<void> Write(uint16_t channel, uint32_t sequence, uint64_t log_time_ns,

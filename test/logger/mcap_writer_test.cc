@@ -90,14 +90,12 @@ std::vector<Message> SomeMessages() {
 
 std::string Written(const std::vector<Message>& messages) {
   std::string file;
-  McapWriter writer(
-      [&](std::span<const uint8_t> bytes) {
-        file.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-        return Result<void>();
-      },
-      "test");
-  const uint16_t schema = writer.AddSchema("a.B", "protobuf", "described");
-  EXPECT_EQ(writer.AddChannel(schema, "/one", "protobuf", {{"key", "value"}}), 0);
+  McapWriter writer([&](std::span<const uint8_t> bytes) {
+    file.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return Result<void>();
+  });
+  const uint16_t schema = writer.AddSchema("a.B", "described");
+  EXPECT_EQ(writer.AddChannel(schema, "/one", "protobuf"), 0);
   EXPECT_EQ(writer.AddChannel(0, "/two", "lcm"), 1);
   for (const Message& m : messages) {
     EXPECT_TRUE(writer.Write(m.channel, m.sequence, m.log_time, m.publish_time,
@@ -256,12 +254,10 @@ TEST(McapWriterTest, AFileWithoutMessagesIsWhole) {
 
 TEST(McapWriterTest, AFailureOfTheSinkIsToldAndEndsTheWriting) {
   int calls = 0;
-  McapWriter writer(
-      [&](std::span<const uint8_t>) -> Result<void> {
-        if (++calls > 2) return Fail("disk full");
-        return {};
-      },
-      "test");
+  McapWriter writer([&](std::span<const uint8_t>) -> Result<void> {
+    if (++calls > 2) return Fail("disk full");
+    return {};
+  });
   writer.AddChannel(0, "/one", "lcm");
   const std::vector<uint8_t> data(2 * McapWriter::kChunkBytes, 1);
   const Result<void> written = writer.Write(0, 0, 0, 0, data);

@@ -46,7 +46,7 @@ const model::ModuleType* TypeOf(const RunLog& log, const ModuleSeries& module) {
 template <class Member>
 std::string NameOf(const model::ModuleType* type, std::vector<Member> model::ModuleType::*members,
                    int index, const char* kind) {
-  if (type != nullptr && index >= 0 && index < static_cast<int>((type->*members).size())) {
+  if (type != nullptr && bridge::IsIndex(index, (type->*members).size())) {
     return (type->*members)[index].name;
   }
   return index < 0 ? "" : fmt::format("{}{}", kind, index);
@@ -66,11 +66,11 @@ const char* JointUnit(const model::ModuleType* type, size_t index) {
 }
 
 /// How many members a module's samples have: those of its type, else those of its first sample.
-template <class Sample, class Member>
+template <class Sample, class Member, class Value>
 size_t CountOf(const model::ModuleType* type, std::vector<Member> model::ModuleType::*members,
-               const std::vector<Sample>& samples, size_t (*count)(const Sample&)) {
+               const std::vector<Sample>& samples, std::vector<Value> Sample::*values) {
   if (type != nullptr) return (type->*members).size();
-  return samples.empty() ? 0 : count(samples.front());
+  return samples.empty() ? 0 : (samples.front().*values).size();
 }
 
 /// A group of columns that is filled from one module's samples.
@@ -78,14 +78,14 @@ template <class Sample>
 struct Columns {
   const std::vector<Sample>* samples;
   /// Names with units, each behind a comma.
-  std::string names;
-  /// How many there are.
-  size_t count = 0;
-  /// Appends exactly `count` cells, each behind a comma.
-  std::function<void(const Sample&, std::string*)> fill;
+  std::string names = {};
+  /// Appends cells, each behind a comma; those that it leaves out at the end stay empty.
+  std::function<void(const Sample&, std::string*)> fill = {};
 };
 
-/// Modules side by side: a row at every time at which one of them has a sample.
+int64_t Commas(std::string_view text) { return std::count(text.begin(), text.end(), ','); }
+
+/// Groups of columns side by side: a row at every time at which one of them has a sample.
 template <class Sample>
 Result<void> WriteSideBySide(const std::vector<Columns<Sample>>& groups, const TextSink& write) {
   std::string row = "time [s]";
@@ -107,50 +107,54 @@ Result<void> WriteSideBySide(const std::vector<Columns<Sample>>& groups, const T
     row = TimeCell(time_us);
     for (size_t g = 0; g < groups.size(); ++g) {
       const auto& samples = *groups[g].samples;
+      const size_t begin = row.size();
+      // Times are whole microseconds, so that samples of one tick are equal and come into one row.
       if (at[g] < samples.size() && samples[at[g]].time_us == time_us) {
-        // Times are whole microseconds, so that samples of one tick are equal and come into one
-        // row.
         groups[g].fill(samples[at[g]++], &row);
-      } else {
-        // Nothing is carried on from the row before: an empty cell is a sample that the log lacks.
-        row.append(groups[g].count, ',');
       }
+      // Nothing is carried on from the row before: an empty cell is one that the log lacks.
+      const int64_t filled = Commas(std::string_view(row).substr(begin));
+      row.append(static_cast<size_t>(Commas(groups[g].names) - filled), ',');
     }
     row += "\n";
   }
 }
 
+/// Modules side by side: `describe(module, type, group)` names and fills each one's columns.
+template <class Sample, class Describe>
+Result<void> WriteModules(const RunLog& log, std::vector<Sample> ModuleSeries::*samples,
+                          const Describe& describe, const TextSink& write) {
+  std::vector<Columns<Sample>> groups;
+  for (const ModuleSeries& module : log.modules) {
+    describe(module, TypeOf(log, module),
+             &groups.emplace_back(Columns<Sample>{&(module.*samples)}));
+  }
+  return WriteSideBySide(groups, write);
+}
+
 /// SENSORS: angle, rate and effort of every joint.
 Result<void> WriteJoints(const RunLog& log, const TextSink& write) {
-  std::vector<Columns<logger::SensorSample>> groups;
-  for (const ModuleSeries& module : log.modules) {
-    const model::ModuleType* type = TypeOf(log, module);
-    auto& group = groups.emplace_back();
-    group.samples = &module.sensors;
+  using logger::SensorSample;
+  const auto describe = [](const ModuleSeries& module, const model::ModuleType* type,
+                           Columns<SensorSample>* group) {
     const size_t joints =
-        CountOf<logger::SensorSample>(type, &model::ModuleType::joints, module.sensors,
-                                      [](const auto& sample) { return sample.position.size(); });
+        CountOf(type, &model::ModuleType::joints, module.sensors, &SensorSample::position);
     for (size_t j = 0; j < joints; ++j) {
       const std::string joint = module.name + "." + JointColumnName(type, static_cast<int>(j));
       const char* unit = JointUnit(type, j);
-      group.names += fmt::format(",{0}.position [{1}],{0}.velocity [{1}/s],{0}.effort [{2}]", joint,
-                                 unit, *unit == 'm' ? "N" : "N m");
+      group->names += fmt::format(",{0}.position [{1}],{0}.velocity [{1}/s],{0}.effort [{2}]",
+                                  joint, unit, *unit == 'm' ? "N" : "N m");
     }
-    group.count = 3 * joints;
-    group.fill = [joints](const logger::SensorSample& sample, std::string* row) {
+    group->fill = [joints](const SensorSample& sample, std::string* row) {
       // The columns are the type's; a sample of a damaged log may have fewer joints than it.
-      for (size_t j = 0; j < joints; ++j) {
-        if (j < sample.position.size()) {
-          AddNumber(sample.position[j], row);
-          AddNumber(sample.velocity[j], row);
-          AddNumber(static_cast<double>(sample.effort[j]), row);
-        } else {
-          *row += ",,,";
-        }
+      for (size_t j = 0; j < std::min(joints, sample.position.size()); ++j) {
+        AddNumber(sample.position[j], row);
+        AddNumber(sample.velocity[j], row);
+        AddNumber(static_cast<double>(sample.effort[j]), row);
       }
     };
-  }
-  return WriteSideBySide(groups, write);
+  };
+  return WriteModules(log, &ModuleSeries::sensors, describe, write);
 }
 
 /// The columns of a module's sensors; without a model, numbered values.
@@ -172,32 +176,24 @@ std::string SensorColumns(const model::ModuleType* type, const std::string& modu
 
 /// SENSORS: what the sensors that M3L declares measured.
 Result<void> WriteSensors(const RunLog& log, const TextSink& write) {
-  std::vector<Columns<logger::SensorSample>> groups;
-  for (const ModuleSeries& module : log.modules) {
-    auto& group = groups.emplace_back();
-    group.samples = &module.sensors;
-    const model::ModuleType* type = TypeOf(log, module);
+  const auto describe = [](const ModuleSeries& module, const model::ModuleType* type,
+                           Columns<logger::SensorSample>* group) {
     const size_t first = module.sensors.empty() ? 0 : module.sensors.front().values.size();
-    group.names = SensorColumns(type, module.name, first);
-    group.count = static_cast<size_t>(std::count(group.names.begin(), group.names.end(), ','));
-    group.fill = [count = group.count](const logger::SensorSample& sample, std::string* row) {
-      for (size_t i = 0; i < count; ++i) {
-        if (i < sample.values.size()) {
-          AddNumber(static_cast<double>(sample.values[i]), row);
-        } else {
-          *row += ',';
-        }
+    group->names = SensorColumns(type, module.name, first);
+    group->fill = [count = static_cast<size_t>(Commas(group->names))](
+                      const logger::SensorSample& sample, std::string* row) {
+      for (size_t i = 0; i < std::min(count, sample.values.size()); ++i) {
+        AddNumber(static_cast<double>(sample.values[i]), row);
       }
     };
-  }
-  return WriteSideBySide(groups, write);
+  };
+  return WriteModules(log, &ModuleSeries::sensors, describe, write);
 }
 
 /// The seven columns of a pose.
 std::string PoseColumns(const std::string& name) {
   return fmt::format(",{0}.x [m],{0}.y [m],{0}.z [m],{0}.qw,{0}.qx,{0}.qy,{0}.qz", name);
 }
-constexpr size_t kPoseColumns = 7;
 
 /// Position and quaternion, of pose_t or body_pose_t.
 template <class Pose>
@@ -220,8 +216,7 @@ Result<void> WriteLinksOfWorld(const RunLog& log, std::vector<Entry> logger::Wor
   for (const logger::WorldSample& sample : log.world) {
     for (const Entry& entry : sample.*entries) columns[{entry.module_id, entry.link}] = 0;
   }
-  Columns<logger::WorldSample> group;
-  group.samples = &log.world;
+  Columns<logger::WorldSample> group{&log.world};
   size_t next = 0;
   for (auto& [link, column] : columns) {
     column = next++;
@@ -231,8 +226,7 @@ Result<void> WriteLinksOfWorld(const RunLog& log, std::vector<Entry> logger::Wor
         names_of((named ? module->second->name : fmt::format("module{}", link.first)) + "." +
                  LinkName(named ? TypeOf(log, *module->second) : nullptr, link.second));
   }
-  group.count = static_cast<size_t>(std::count(group.names.begin(), group.names.end(), ','));
-  const size_t width = next == 0 ? 0 : group.count / next;
+  const size_t width = next == 0 ? 0 : static_cast<size_t>(Commas(group.names)) / next;
   group.fill = [&, width](const logger::WorldSample& sample, std::string* row) {
     std::vector<const Entry*> found(columns.size(), nullptr);
     for (const Entry& entry : sample.*entries) {
@@ -270,32 +264,23 @@ Result<void> WriteContactForces(const RunLog& log, const TextSink& write) {
 
 /// TRANSFORM: where each module believes that its links are.
 Result<void> WritePropagatedPoses(const RunLog& log, const TextSink& write) {
-  std::vector<Columns<logger::TransformSample>> groups;
-  for (const ModuleSeries& module : log.modules) {
-    const model::ModuleType* type = TypeOf(log, module);
-    auto& group = groups.emplace_back();
-    group.samples = &module.transforms;
+  using logger::TransformSample;
+  const auto describe = [](const ModuleSeries& module, const model::ModuleType* type,
+                           Columns<TransformSample>* group) {
     const size_t links =
-        CountOf<logger::TransformSample>(type, &model::ModuleType::links, module.transforms,
-                                         [](const auto& sample) { return sample.X_RL.size(); });
-    group.names = fmt::format(",{}.pose_stale", module.name);
+        CountOf(type, &model::ModuleType::links, module.transforms, &TransformSample::X_RL);
+    group->names = fmt::format(",{}.pose_stale", module.name);
     for (size_t l = 0; l < links; ++l) {
-      group.names += PoseColumns(module.name + "." + LinkName(type, static_cast<int>(l)));
+      group->names += PoseColumns(module.name + "." + LinkName(type, static_cast<int>(l)));
     }
-    group.count = 1 + links * kPoseColumns;
-    group.fill = [links](const logger::TransformSample& sample, std::string* row) {
+    group->fill = [links](const TransformSample& sample, std::string* row) {
       // Until the root's pose has come to the module, it knows of none.
-      *row += !sample.has_pose ? "," : sample.pose_stale ? ",1" : ",0";
-      for (size_t l = 0; l < links; ++l) {
-        if (sample.has_pose && l < sample.X_RL.size()) {
-          AddPose(sample.X_RL[l], row);
-        } else {
-          row->append(kPoseColumns, ',');
-        }
-      }
+      if (!sample.has_pose) return;
+      *row += sample.pose_stale ? ",1" : ",0";
+      for (size_t l = 0; l < std::min(links, sample.X_RL.size()); ++l) AddPose(sample.X_RL[l], row);
     };
-  }
-  return WriteSideBySide(groups, write);
+  };
+  return WriteModules(log, &ModuleSeries::transforms, describe, write);
 }
 
 /// The words for joint_command_t's modes.
@@ -314,27 +299,18 @@ const char* ModeName(int mode) {
 
 /// ACTUATOR: what every joint was told.
 Result<void> WriteCommands(const RunLog& log, const TextSink& write) {
-  std::vector<Columns<logger::ActuatorSample>> groups;
-  for (const ModuleSeries& module : log.modules) {
-    const model::ModuleType* type = TypeOf(log, module);
-    auto& group = groups.emplace_back();
-    group.samples = &module.actuators;
+  using logger::ActuatorSample;
+  const auto describe = [](const ModuleSeries& module, const model::ModuleType* type,
+                           Columns<ActuatorSample>* group) {
     const size_t joints =
-        CountOf<logger::ActuatorSample>(type, &model::ModuleType::joints, module.actuators,
-                                        [](const auto& sample) { return sample.joints.size(); });
+        CountOf(type, &model::ModuleType::joints, module.actuators, &ActuatorSample::joints);
     for (size_t j = 0; j < joints; ++j) {
       const std::string joint = module.name + "." + JointColumnName(type, static_cast<int>(j));
-      const char* unit = JointUnit(type, j);
-      group.names +=
-          fmt::format(",{}.target [{}],{}.speed [{}/s],{}.mode", joint, unit, joint, unit, joint);
+      group->names +=
+          fmt::format(",{0}.target [{1}],{0}.speed [{1}/s],{0}.mode", joint, JointUnit(type, j));
     }
-    group.count = 3 * joints;
-    group.fill = [joints](const logger::ActuatorSample& sample, std::string* row) {
-      for (size_t j = 0; j < joints; ++j) {
-        if (j >= sample.joints.size()) {
-          *row += ",,,";
-          continue;
-        }
+    group->fill = [joints](const ActuatorSample& sample, std::string* row) {
+      for (size_t j = 0; j < std::min(joints, sample.joints.size()); ++j) {
         // The target means something only of a position, the speed nothing of a joint that holds.
         const morphbus::joint_command_t& joint = sample.joints[j];
         const bool position = joint.mode == morphbus::joint_command_t::MODE_POSITION;
@@ -348,8 +324,8 @@ Result<void> WriteCommands(const RunLog& log, const TextSink& write) {
         *row += std::string(",") + ModeName(joint.mode);
       }
     };
-  }
-  return WriteSideBySide(groups, write);
+  };
+  return WriteModules(log, &ModuleSeries::actuators, describe, write);
 }
 
 /// Rows of all modules in order of time; of equal times in that of the modules.
@@ -357,8 +333,7 @@ class Rows {
  public:
   void Add(int64_t time_us, std::string cells) { rows_.emplace_back(time_us, std::move(cells)); }
   Result<void> Write(std::string_view header, const TextSink& write) {
-    std::stable_sort(rows_.begin(), rows_.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::ranges::stable_sort(rows_, {}, &std::pair<int64_t, std::string>::first);
     if (Result<void> written = write(header); !written) return written;
     for (const auto& [time_us, cells] : rows_) {
       Result<void> written = write(TimeCell(time_us) + cells + "\n");
@@ -383,14 +358,12 @@ Result<void> WriteConnectorCommands(const RunLog& log, const TextSink& write) {
         // Of a damaged log connector, state and value may be any numbers; those that the type does
         // not have stay numbers.
         const bool known =
-            type != nullptr && command.connector >= 0 &&
-            command.connector < static_cast<int>(type->connectors.size()) && command.state >= 0 &&
-            command.state < static_cast<int>(type->connectors[command.connector].states.size());
+            type != nullptr && bridge::IsIndex(command.connector, type->connectors.size()) &&
+            bridge::IsIndex(command.state, type->connectors[command.connector].states.size());
         if (known) {
           const model::StateVariable& s = type->connectors[command.connector].states[command.state];
           state = s.name;
-          const bool listed =
-              command.value >= 0 && command.value < static_cast<int>(s.values.size());
+          const bool listed = bridge::IsIndex(command.value, s.values.size());
           if (listed) value = model::ValueText(s.values[command.value]);
         }
         rows.Add(sample.time_us, fmt::format(",{},{},{},{}", module.name,

@@ -33,14 +33,6 @@ Result<std::unique_ptr<EventDecoder>> EventDecoder::Open(const std::string& path
       new EventDecoder(std::move(*reader), std::move(used), std::move(schemas)));
 }
 
-const LcmSchema& EventDecoder::SchemaOf(const LcmType& type) const {
-  for (const LcmSchema& schema : schemas_) {
-    // Two schemas may have a type of one name: the very object tells.
-    if (schema.FindByName(type.name) == &type) return schema;
-  }
-  return schemas_.back();
-}
-
 bool EventDecoder::Next(DecodedEvent* decoded) {
   *decoded = DecodedEvent();
   if (!reader_->Next(&decoded->event)) return false;
@@ -54,6 +46,7 @@ bool EventDecoder::Next(DecodedEvent* decoded) {
     }
     // Every message of LCM begins with the fingerprint of its type, eight bytes, the highest first.
     decoded->type = schema.Find(static_cast<int64_t>(ReadBig(data.data(), 8)));
+    decoded->schema = &schema;
     decoded->message = std::move(*message);
     decoded->why_not.clear();
     break;

@@ -22,6 +22,8 @@ struct DecodedEvent {
   logger::LogEvent event;
   /// The type by whose definition the bytes were read; null if no definition fits them.
   const LcmType* type = nullptr;
+  /// The definitions among which the type is; null without one.
+  const LcmSchema* schema = nullptr;
   /// The members, arrays of bytes as hexadecimal text; an object only if there is a type.
   nlohmann::ordered_json message;
   /// Why the bytes mean nothing to us; empty if there is a type.
@@ -44,8 +46,6 @@ class EventDecoder {
   bool Next(DecodedEvent* decoded);
   /// The run's serialized description, the log's own or the lent one; empty if there is none.
   [[nodiscard]] const std::string& description() const { return description_; }
-  /// The definitions among which `type`, of an event of this decoder, is.
-  [[nodiscard]] const LcmSchema& SchemaOf(const LcmType& type) const;
   /// The reader beneath, for what it found.
   [[nodiscard]] const logger::EventLogReader& reader() const { return reader_->file(); }
 

@@ -24,8 +24,7 @@ uint64_t Nanoseconds(int64_t time_us) {
 /// The schemas and channels of one file, each made when it is first needed.
 class McapTopics {
  public:
-  McapTopics(const EventDecoder& decoder, logger::McapWriter* writer)
-      : decoder_(decoder), writer_(*writer) {}
+  explicit McapTopics(logger::McapWriter* writer) : writer_(*writer) {}
 
   /// Whether the file may be about to have more channels than MCAP can number.
   [[nodiscard]] bool full() const { return channels_.size() >= 60'000; }
@@ -36,7 +35,7 @@ class McapTopics {
     // its own, as MCAP has it.
     const auto [channel, is_new] = channels_.emplace(std::pair(topic, decoded.type), 0);
     if (is_new) {
-      const Schema* schema = decoded.type == nullptr ? nullptr : &SchemaFor(*decoded.type);
+      const Schema* schema = decoded.type == nullptr ? nullptr : &SchemaFor(decoded);
       const bool typed = schema != nullptr && schema->proto != nullptr;
       channel->second =
           writer_.AddChannel(typed ? schema->id : 0, topic, typed ? "protobuf" : "lcm");
@@ -47,7 +46,7 @@ class McapTopics {
   /// The message as its schema has it; none if the type has no schema.
   std::optional<std::string> Encode(const DecodedEvent& decoded) {
     if (decoded.type == nullptr) return std::nullopt;
-    const Schema& schema = SchemaFor(*decoded.type);
+    const Schema& schema = SchemaFor(decoded);
     if (schema.proto == nullptr) return std::nullopt;
     return schema.proto->Convert(decoded.message);
   }
@@ -58,20 +57,20 @@ class McapTopics {
     std::unique_ptr<LcmProto> proto;  ///< Null if Protocol Buffers cannot express the type.
   };
 
-  const Schema& SchemaFor(const LcmType& type) {
+  const Schema& SchemaFor(const DecodedEvent& decoded) {
+    const LcmType& type = *decoded.type;
     const auto [schema, is_new] = schemas_.try_emplace(&type);
     if (!is_new) return schema->second;
-    Result<std::unique_ptr<LcmProto>> proto = LcmProto::Create(decoder_.SchemaOf(type), type);
+    Result<std::unique_ptr<LcmProto>> proto = LcmProto::Create(*decoded.schema, type);
     if (proto) {
       // A type that cannot be expressed stays in the map without a number, so that it is tried
       // once.
-      schema->second.id = writer_.AddSchema(type.name, "protobuf", (*proto)->schema());
+      schema->second.id = writer_.AddSchema(type.name, (*proto)->schema());
       schema->second.proto = std::move(*proto);
     }
     return schema->second;
   }
 
-  const EventDecoder& decoder_;
   logger::McapWriter& writer_;
   std::map<const LcmType*, Schema> schemas_;
   std::map<std::pair<std::string, const LcmType*>, uint16_t> channels_;
@@ -130,7 +129,7 @@ class ViewerTopics {
     if (!is_new || !channels_.Matches(path)) return channel->second;
     const std::string name(bridge::RowOf(topic).schema);
     const auto [schema, is_first] = schemas_.try_emplace(name, 0);
-    if (is_first) schema->second = writer_.AddSchema(name, "protobuf", bridge::SchemaOf(name));
+    if (is_first) schema->second = writer_.AddSchema(name, bridge::SchemaOf(name));
     channel->second = writer_.AddChannel(schema->second, path, "protobuf");
     return channel->second;
   }
@@ -153,8 +152,8 @@ class ViewerTopics {
 Result<EventsWritten> WriteMcap(EventDecoder* decoder, const NamePattern& channels,
                                 const logger::ByteSink& write) {
   EventsWritten written;
-  logger::McapWriter writer(write, "morphbus");
-  McapTopics topics(*decoder, &writer);
+  logger::McapWriter writer(write);
+  McapTopics topics(&writer);
   ViewerTopics viewers(decoder->description(), channels, &writer);
   DecodedEvent decoded;
   while (decoder->Next(&decoded)) {

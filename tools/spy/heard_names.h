@@ -39,10 +39,6 @@ class HeardNames {
     const auto found = entries_.find(name);
     return found == entries_.end() ? nullptr : &found->second.value;
   }
-  [[nodiscard]] Value* Find(std::string_view name) {
-    const auto found = entries_.find(name);
-    return found == entries_.end() ? nullptr : &found->second.value;
-  }
   /// Calls `visit(name, value)` for each in order of name.
   template <class Visit>
   void ForEach(const Visit& visit) const {

@@ -45,11 +45,7 @@ bool LcmDecoder::Struct(const LcmType& type, int depth, Json* out) {
     }
     if (!member.dimensions.empty()) {
       if (!Array(member, 0, lengths, depth, value)) return false;
-    } else if (WidthOf(member.type) > 0 && member.type != "float" && member.type != "double") {
-      if (!Whole(member.type, &lengths[i])) return false;
-      if (value != nullptr) *value = lengths[i];
-      if (value != nullptr && member.type == "boolean") *value = lengths[i] != 0;
-    } else if (!Value(member.type, depth, value)) {
+    } else if (!Value(member.type, depth, value, &lengths[i])) {
       return false;
     }
   }
@@ -92,7 +88,7 @@ bool LcmDecoder::Bytes(int64_t count, Json* out) {
   return true;
 }
 
-bool LcmDecoder::Value(const std::string& type, int depth, Json* out) {
+bool LcmDecoder::Value(const std::string& type, int depth, Json* out, int64_t* whole) {
   if (++values_ > LcmSchema::kMostValues) return false;
   if (type == "string") return Text(out);
   if (type == "float" || type == "double") {
@@ -107,8 +103,8 @@ bool LcmDecoder::Value(const std::string& type, int depth, Json* out) {
   if (WidthOf(type) > 0) {
     int64_t value = 0;
     if (!Whole(type, &value)) return false;
-    if (out != nullptr) *out = value;
-    if (out != nullptr && type == "boolean") *out = value != 0;
+    if (whole != nullptr) *whole = value;
+    if (out != nullptr) *out = type == "boolean" ? Json(value != 0) : Json(value);
     return true;
   }
   // What is no primitive is a type of the schema.

@@ -35,8 +35,9 @@ class LcmDecoder {
              Json* out);
   /// So many bytes as hexadecimal digits, for bytes need not be text.
   bool Bytes(int64_t count, Json* out);
-  /// A value that is no array: text, number, truth, an enumeration's value or a nested struct.
-  bool Value(const std::string& type, int depth, Json* out);
+  /// A value that is no array: text, number, truth, an enumeration's value or a nested struct. A
+  /// whole number goes to `whole`, too, if that is not null.
+  bool Value(const std::string& type, int depth, Json* out, int64_t* whole = nullptr);
   /// A whole number of a primitive type, with its sign.
   bool Whole(const std::string& type, int64_t* out);
   /// A string: its length with the closing zero, then the bytes, then the zero.

@@ -201,8 +201,7 @@ class LcmParser {
   }
   /// The index of the member of this name; -1 if there is none.
   [[nodiscard]] static int MemberOf(const LcmType& type, const std::string& name) {
-    const auto found = std::find_if(type.members.begin(), type.members.end(),
-                                    [&](const LcmMember& m) { return m.name == name; });
+    const auto found = std::ranges::find(type.members, name, &LcmMember::name);
     return found == type.members.end() ? -1 : static_cast<int>(found - type.members.begin());
   }
 

@@ -150,21 +150,12 @@ void ProcessTable::Snapshot(int64_t now_ns, SpySnapshot* out) const {
 }
 
 const ChannelRow* SpySnapshot::Channel(const std::string& name) const {
-  const auto found = std::find_if(channels.begin(), channels.end(),
-                                  [&](const ChannelRow& row) { return row.channel == name; });
+  const auto found = std::ranges::find(channels, name, &ChannelRow::channel);
   return found == channels.end() ? nullptr : &*found;
 }
 
-const ProcessRow* SpySnapshot::Process(const std::string& run, const std::string& name) const {
-  const auto found = std::find_if(processes.begin(), processes.end(), [&](const ProcessRow& row) {
-    return row.run == run && row.process == name;
-  });
-  return found == processes.end() ? nullptr : &*found;
-}
-
 const RunRow* SpySnapshot::Run(const std::string& name) const {
-  const auto found =
-      std::find_if(runs.begin(), runs.end(), [&](const RunRow& row) { return row.run == name; });
+  const auto found = std::ranges::find(runs, name, &RunRow::run);
   return found == runs.end() ? nullptr : &*found;
 }
 

@@ -199,9 +199,7 @@ Screen FieldLines(const ShownFields& fields, int width) {
 }
 
 Screen ProcessLines(const SpySnapshot& spy, const SpyUi& ui) {
-  const auto found =
-      std::find_if(spy.processes.begin(), spy.processes.end(),
-                   [&](const ProcessRow& row) { return ProcessKey(row) == ui.process; });
+  const auto found = std::ranges::find(spy.processes, ui.process, ProcessKey);
   if (found == spy.processes.end()) return {{{"not heard any more", Style::kBad}}};
   const ProcessRow& row = *found;
   Screen screen = {{{Visible(row.process), Style::kTitle},

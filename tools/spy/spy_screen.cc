@@ -44,7 +44,7 @@ class SpySession {
     Draw();
     // Messages are counted as they come; figures and screen change at the chosen interval or at a
     // key.
-    while (CaughtSignal() == 0 && !quit_) {
+    while (CaughtSignal() == 0 && !ui_.quit) {
       if (options_.seconds > 0 && timer_.seconds() >= options_.seconds) return;
       if (!Wait()) return;
       tap_.Take([this](const bridge::TappedMessage& message) { Hear(message); });
@@ -106,11 +106,8 @@ class SpySession {
       // What a key means depends on how the run is now, such as paused.
       if (timer_.seconds() - last_look_ > 0.1) Look();
       dirty_ = true;
-      const UiRequest request = Press(*key, snapshot_, &ui_);
-      if (request.kind == UiRequest::Kind::kQuit) quit_ = true;
-      if (request.kind == UiRequest::Kind::kCommand) {
-        Command(request.command);
-      }
+      const std::string command = Press(*key, snapshot_, &ui_);
+      if (!command.empty()) Command(command);
       FollowSelection();
     }
   }
@@ -214,7 +211,6 @@ class SpySession {
   double last_look_ = 0.0;             ///< When the figures were taken, on `timer_`.
   double next_look_ = 0.25;            ///< The first figures come soon.
   bool dirty_ = true;                  ///< Something has changed since it was drawn.
-  bool quit_ = false;
   /// What became of a command: as Commander tells it, in its thread.
   struct Answer {
     Json answer;

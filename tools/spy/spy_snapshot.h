@@ -60,9 +60,8 @@ struct SpySnapshot {
   /// What the listener itself missed (bridge::TapLosses).
   int64_t missing = 0, overflowed = 0, incomplete = 0, not_lcm = 0;
 
-  /// The channel, process or run of this name; null if there is none.
+  /// The channel or run of this name; null if there is none.
   [[nodiscard]] const ChannelRow* Channel(const std::string& name) const;
-  [[nodiscard]] const ProcessRow* Process(const std::string& run, const std::string& name) const;
   [[nodiscard]] const RunRow* Run(const std::string& name) const;
 };
 

@@ -7,6 +7,7 @@
 #include <clocale>
 #include <cstdlib>
 #include <cstring>
+#include <map>
 #include <string_view>
 
 // Comes last: it defines macros with plain names.
@@ -15,79 +16,47 @@
 namespace morphbus::tools {
 namespace {
 
-/// Which of ncurses's colour pairs a style has; 0: the terminal's own colours.
-short PairOf(Style style) {
-  switch (style) {
-    case Style::kHeading:
-      return 1;
-    case Style::kGood:
-      return 2;
-    case Style::kBad:
-      return 3;
-    case Style::kKey:
-      return 4;
-    case Style::kPlain:
-    case Style::kTitle:
-    case Style::kSelected:
-    case Style::kDim:
-      break;
-  }
-  return 0;
-}
+/// How a style looks: which of ncurses's colour pairs it has (0: the terminal's own colours), and
+/// what tells it from others without colour.
+struct Look {
+  short pair = 0;
+  attr_t attributes = A_NORMAL;
+};
 
-/// How a style looks besides its colour, so that it can be told without.
-attr_t AttributesOf(Style style) {
+Look LookOf(Style style) {
   switch (style) {
-    case Style::kTitle:
-    case Style::kKey:
-    case Style::kBad:
-      return A_BOLD;
     case Style::kHeading:
-    case Style::kSelected:
-      return A_REVERSE;
-    case Style::kDim:
-      return A_DIM;
-    case Style::kPlain:
+      return {1, A_REVERSE};
     case Style::kGood:
+      return {2, A_NORMAL};
+    case Style::kBad:
+      return {3, A_BOLD};
+    case Style::kKey:
+      return {4, A_BOLD};
+    case Style::kTitle:
+      return {0, A_BOLD};
+    case Style::kSelected:
+      return {0, A_REVERSE};
+    case Style::kDim:
+      return {0, A_DIM};
+    case Style::kPlain:
       break;
   }
-  return A_NORMAL;
+  return {};
 }
 
 /// What ncurses calls the key.
 Key::Code CodeOf(int key) {
-  switch (key) {
-    case KEY_UP:
-      return Key::Code::kUp;
-    case KEY_DOWN:
-      return Key::Code::kDown;
-    case KEY_LEFT:
-      return Key::Code::kLeft;
-    case KEY_RIGHT:
-      return Key::Code::kRight;
-    case KEY_PPAGE:
-      return Key::Code::kPageUp;
-    case KEY_NPAGE:
-      return Key::Code::kPageDown;
-    case KEY_HOME:
-      return Key::Code::kHome;
-    case KEY_END:
-      return Key::Code::kEnd;
-    case KEY_ENTER:
-    case '\n':
-    case '\r':
-      return Key::Code::kEnter;
-    case KEY_BACKSPACE:
-    case '\b':
-    case 0x7f:
-      return Key::Code::kBackspace;
-    case 0x1b:
-      return Key::Code::kEscape;
-    case '\t':
-      return Key::Code::kTab;
-    default:
-      return Key::Code::kOther;
-  }
+  using Code = Key::Code;
+  static const std::map<int, Code> codes = {
+      {KEY_UP, Code::kUp},       {KEY_DOWN, Code::kDown},    {KEY_LEFT, Code::kLeft},
+      {KEY_RIGHT, Code::kRight}, {KEY_PPAGE, Code::kPageUp}, {KEY_NPAGE, Code::kPageDown},
+      {KEY_HOME, Code::kHome},   {KEY_END, Code::kEnd},      {KEY_ENTER, Code::kEnter},
+      {'\n', Code::kEnter},      {'\r', Code::kEnter},       {KEY_BACKSPACE, Code::kBackspace},
+      {'\b', Code::kBackspace},  {0x7f, Code::kBackspace},   {0x1b, Code::kEscape},
+      {'\t', Code::kTab}};
+  const auto found = codes.find(key);
+  return found == codes.end() ? Code::kOther : found->second;
 }
 
 }  // namespace
@@ -152,7 +121,8 @@ void SpyTerminal::Draw(const Screen& screen) {
     // Each span in its style; lines were cut to the width before.
     for (const Span& span : screen[y]) {
       const std::string text = utf8_ ? span.text : ToAscii(span.text);
-      attr_set(AttributesOf(span.style), colors_ ? PairOf(span.style) : short{0}, nullptr);
+      const Look look = LookOf(span.style);
+      attr_set(look.attributes, colors_ ? look.pair : short{0}, nullptr);
       addstr(text.c_str());
     }
   }

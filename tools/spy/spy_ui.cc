@@ -245,15 +245,13 @@ std::vector<const ProcessRow*> ListedProcesses(const SpySnapshot& spy, const Spy
 }
 
 int SelectedChannel(const std::vector<const ChannelRow*>& rows, const SpyUi& ui) {
-  const auto found = std::find_if(
-      rows.begin(), rows.end(), [&](const ChannelRow* row) { return row->channel == ui.channel; });
+  const auto found = std::ranges::find(rows, ui.channel, &ChannelRow::channel);
   return found == rows.end() ? 0 : static_cast<int>(found - rows.begin());
 }
 
 int SelectedProcess(const std::vector<const ProcessRow*>& rows, const SpyUi& ui) {
-  const auto found = std::find_if(rows.begin(), rows.end(), [&](const ProcessRow* row) {
-    return ProcessKey(*row) == ui.process;
-  });
+  const auto found =
+      std::ranges::find(rows, ui.process, [](const auto* row) { return ProcessKey(*row); });
   return found == rows.end() ? 0 : static_cast<int>(found - rows.begin());
 }
 
@@ -263,7 +261,7 @@ const RunRow* ShownRun(const SpySnapshot& spy, const SpyUi& ui) {
   return ui.run.empty() && !spy.runs.empty() ? &spy.runs.front() : nullptr;
 }
 
-UiRequest Press(const Key& key, const SpySnapshot& spy, SpyUi* ui) {
+std::string Press(const Key& key, const SpySnapshot& spy, SpyUi* ui) {
   if (key.code == Code::kOther) return {};
   // While the filter is typed every character belongs to it.
   if (ui->typing) {
@@ -275,7 +273,10 @@ UiRequest Press(const Key& key, const SpySnapshot& spy, SpyUi* ui) {
   ui->failed = false;
   // Keys that mean the same on all pages come first, then those of the page.
   const char c = key.code == Code::kCharacter ? key.character : '\0';
-  if (c == 'q' && ui->page == SpyUi::Page::kLists) return {UiRequest::Kind::kQuit, ""};
+  if (c == 'q' && ui->page == SpyUi::Page::kLists) {
+    ui->quit = true;
+    return {};
+  }
   if (ui->page == SpyUi::Page::kHelp) {
     // Keys that scroll scroll; every other one leaves.
     const int rows = RowsOf(key, std::max(1, ui->list_rows - 1));
@@ -293,9 +294,8 @@ UiRequest Press(const Key& key, const SpySnapshot& spy, SpyUi* ui) {
     ui->frozen = !ui->frozen;
     return {};
   }
-  if (const std::string command = CommandOf(key, ShownRun(spy, *ui), *ui); !command.empty()) {
-    return {UiRequest::Kind::kCommand, command};
-  }
+  std::string command = CommandOf(key, ShownRun(spy, *ui), *ui);
+  if (!command.empty()) return command;
   if (ui->page == SpyUi::Page::kLists) {
     PressOnLists(key, spy, ui);
   } else {

@@ -67,18 +67,12 @@ struct SpyUi {
   std::string run;
   /// The speed that the run has agreed to and CLOCK has not named yet: it is paused.
   std::optional<double> asked_speed;
+  bool quit = false;    ///< The user wants to leave.
   std::string message;  ///< What was said last, such as the answer to a command.
   bool failed = false;  ///< The message is an error.
   // Where the parts of the screen are scrolled to, and how many rows a list had when it was drawn.
   int channel_top = 0, process_top = 0, field_top = 0, help_top = 0;
   int list_rows = 10;
-};
-
-/// What a key asks of others.
-struct UiRequest {
-  enum class Kind : uint8_t { kNothing, kQuit, kCommand };
-  Kind kind = Kind::kNothing;  ///< Most keys only change the screen.
-  std::string command;         ///< kCommand: as for `morphbus control`.
 };
 
 /// The channels that the filter lets through, in the order of the sort.
@@ -95,7 +89,8 @@ int SelectedProcess(const std::vector<const ProcessRow*>& rows, const SpyUi& ui)
 /// The run that the screen is about; null if there is none.
 const RunRow* ShownRun(const SpySnapshot& spy, const SpyUi& ui);
 
-/// Obeys a key: changes what is shown, or returns what others must do about it.
-UiRequest Press(const Key& key, const SpySnapshot& spy, SpyUi* ui);
+/// Obeys a key: changes what is shown. Returns the command that it gives to the run, as for
+/// `morphbus control`; empty for most.
+std::string Press(const Key& key, const SpySnapshot& spy, SpyUi* ui);
 
 }  // namespace morphbus::tools

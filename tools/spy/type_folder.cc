@@ -40,8 +40,7 @@ Result<std::vector<std::string>> FilesBelow(const std::string& folder) {
   return files;
 }
 
-}  // namespace
-
+/// All files that the paths name.
 Result<std::vector<LcmFile>> ReadTypeFolders(const std::vector<std::string>& paths) {
   std::vector<LcmFile> files;
   for (const std::string& path : paths) {
@@ -61,6 +60,8 @@ Result<std::vector<LcmFile>> ReadTypeFolders(const std::vector<std::string>& pat
   }
   return files;
 }
+
+}  // namespace
 
 Result<LcmSchema> ReadSchema(const std::vector<std::string>& paths,
                              std::vector<std::string>* warnings) {
