@@ -73,9 +73,11 @@ void SenseModule(const World& world, const model::Model& model, const model::Rob
     Noise noise(seed, tick, module, i);
     switch (sensor.type) {
       case model::SensorType::kDistance: {
+        // The ray passes over the module's own links, as the sensor looks out of it.
         const double seen = world.RayDistance(X * sensor.p_MoSo_M, X.linear() * sensor.direction,
                                               sensor.range_m, module);
         const double noisy = sensor.noise > 0 ? seen + noise.Gaussian(sensor.noise) : seen;
+        // Noise leads no reading out of the range that the sensor can tell.
         out->sensor_value.push_back(static_cast<float>(std::clamp(noisy, 0.0, sensor.range_m)));
         break;
       }

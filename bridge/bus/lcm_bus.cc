@@ -64,6 +64,8 @@ class SendingBus : public Bus {
     if (subscriptions_.Remove(channel)) ChangeOrWait();
   }
   void BatchSubscriptions(bool hold) override {
+    // Many subscriptions at once are made known to LCM and the kernel together, at the end of the
+    // batch.
     held_ = hold;
     if (!hold && std::exchange(changed_, false)) Changed();
   }

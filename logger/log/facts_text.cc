@@ -62,6 +62,7 @@ std::string Heading(const LogFacts& f) {
     AddLine(&text, "model {:016x}, program {:016x}, world {}, build {}", f.model_hash,
             f.program_hash, f.world_hash.empty() ? "-" : f.world_hash, f.build);
     AddLine(&text, "arithmetic {}", f.arithmetic.empty() ? "not known" : f.arithmetic);
+    // What was unusual about the run, and may explain what the log shows.
     if (f.open)
       AddLine(&text, "open: without a key, so that whoever reached its bus could speak in it");
     if (f.loss > 0) AddLine(&text, "loss {} on purpose, seed {}", f.loss, f.seed);

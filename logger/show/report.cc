@@ -113,6 +113,7 @@ class ComparisonPage : private ReportPage {
     html_ += fmt::format(
         "<header class='banner {0}'><div class='verdict'>{0}</div><div><p class='reason'>{1}</p>",
         verdict, EscapeHtml(comparison_.reason));
+    // Where two runs part is what a reader looks for first: who, when, and by how much.
     if (comparison_.first) {
       const Item& item = comparison_.items[*comparison_.first];
       html_ += fmt::format(

@@ -193,6 +193,7 @@ std::string Both(const RobotSide& a, const RobotSide& b, int64_t time_us, const 
                     PanelOf(b, time_us, colors, differences, &Difference::in_b)};
   if (spots.first) Mark(a, time_us, *spots.first, &panels[0].scene);
   if (spots.second) Mark(b, time_us, *spots.second, &panels[1].scene);
+  // One size for both, or one robot would look larger than the other.
   const Eigen::AlignedBox2d boxes[] = {ExtentOf(panels[0]), ExtentOf(panels[1])};
   const Eigen::Vector2d size = boxes[0].sizes().cwiseMax(boxes[1].sizes());
   for (int i = 0; i < 2; ++i) {

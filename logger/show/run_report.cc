@@ -292,11 +292,13 @@ class RunPage : private ReportPage {
     }
     html_ += TableEnd("");
     html_ += TableHead({"link on the ground or an obstacle", "#mean load, up|N", "#most|N"});
+    // Up is y in W.
     for (const LinkLoad& link : figures_.motion.loads) {
       html_ += fmt::format("<tr><td>{}</td><td class='n'>{:.2f}</td><td class='n'>{:.2f}</td></tr>",
                            EscapeHtml(link.name), link.mean_W.y(), link.peak_n);
     }
     html_ += TableEnd("<div class='plots'>");
+    // Each motor's effort over time, in the sign of its role's convention.
     for (const ModulePair& pair : matching_.pairs) {
       for (const JointPair& joint : pair.joints) {
         const ModuleSeries& module = log_.modules[pair.a];
@@ -359,6 +361,7 @@ class RunPage : private ReportPage {
           EscapeHtml(fault.Line()));
     }
     html_ += TableEnd("");
+    // The page stays readable, and says where the others are.
     if (facts_.num_faults > static_cast<int64_t>(kMostFaults)) {
       html_ +=
           fmt::format("<p class='dim'>{} in all; morphbus info lists more.</p>", facts_.num_faults);

@@ -100,6 +100,7 @@ int Control(const ControlOptions& options) {
     if (options.words.front() != "deploy" || word.find(' ') == std::string::npos) continue;
     return Unusable("deploy: a path must not hold blanks: " + word);
   }
+  // The options become words of the command again, so that one parser checks them all.
   std::string text = fmt::format("{}", fmt::join(options.words, " "));
   if (options.cold) text += " --cold";
   if (!options.to.empty()) text += " --to " + options.to;

@@ -307,6 +307,7 @@ std::string WhyNotTogether(const DrawOptions& options) {
     return options.video ? options.output + ": a video's name ends in .webp"
                          : options.output + ": WebP is for videos: add --video";
   }
+  // What follows are options of a log given for a model, and of a model given for a log.
   if (!OfLog(options) && logger::BeginsAsLog(options.file)) {
     return options.file +
            " is a log: say with --at SECONDS which time of it to draw, or use --strip or --video";

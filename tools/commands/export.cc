@@ -118,6 +118,7 @@ std::optional<emit::Exported> Make(const model::Model& model, const ExportFormat
     request.robot = PickRobot(model, options.robot);
     if (request.robot == nullptr) return std::nullopt;
   }
+  // The program goes into the export, where it runs instead of being loaded.
   if (!options.program.empty()) {
     const std::optional<CompiledProgram> program =
         LoadProgram(options.program, keywords::KeywordsOf(model));

@@ -163,6 +163,7 @@ std::string WhyUnusable(const ReplayOptions& options) {
     return fmt::format("--from {} --to {}: the range is empty; --to must be the later time",
                        replay.from_s, *options.to_s);
   }
+  // Each of the two chooses the network in which listeners will look for the messages.
   if (options.isolate && !options.run.run.empty()) {
     return "--run joins a run's network and --isolate makes a new one: leave one of them out";
   }
@@ -205,6 +206,8 @@ void WarnOf(const ReplayOptions& options, const logger::ReplayProgress& done) {
     Warn(fmt::format("--from {}: {} ends at {:.2f} s", options.replay.from_s, options.log,
                      done.end_s));
   }
+  // Damage in the file's framing is told apart from messages whose own bytes are wrong: the former
+  // were left out, the latter published as they stand.
   if (done.damaged > 0) {
     Warn(fmt::format("{}: {} in the file read past", options.log,
                      Counted(done.damaged, "damaged place")));

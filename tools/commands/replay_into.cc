@@ -145,10 +145,12 @@ int RunAgain(const ReplayInto& options) {
                                 options.module,
                                 static_cast<double>(done->last_tick * log->facts.tick_us) * 1e-6));
   }
+  // What the log lacks may be why something differs.
   WarnOfGaps(*done, *log);
   if (options.break_line > 0 && breaks.moments().empty()) {
     Warn(fmt::format("no task of {} came to line {}", options.module, options.break_line));
   }
+  // Parts that were not asked for have no keys.
   if (options.json) {
     Json json = FindingsJson(options.module, *done, differences);
     if (options.at_s) json["at"] = known;

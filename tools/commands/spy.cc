@@ -77,6 +77,7 @@ int Spy(const SpyOptions& options) {
   if (!(options.interval >= 0.05 && options.interval <= 3600)) {
     return Unusable("--interval: expected 0.05 to 3600 seconds");
   }
+  // A mistake in a pattern or a folder is told before the bus is opened.
   const Result<NamePattern> pattern = NamePattern::Parse(options.channel);
   if (!pattern) return Unusable("--channel " + pattern.error().message);
   const ChannelFilter selected = [&](const std::string& channel) {
@@ -109,6 +110,7 @@ int Spy(const SpyOptions& options) {
     if (!options.channel.empty()) screen.open = selected;
     const Result<void> shown = ShowSpyScreen(tap->get(), &table, screen);
     if (shown) return kDone;
+    // A terminal that cannot show the screen still gets the figures.
     Warn(shown.error().message + "; here is a table");
   }
   return PrintSpy(tap->get(), &table, options, selected);

@@ -176,6 +176,8 @@ Json WhyJson(const m3l::CompileOutput& compiled, size_t connection, int connecto
   // Each candidate lists everything that removed it.
   Json candidates = Json::array();
   for (const solver::ExplainedCandidate& candidate : context.explanation.candidates) {
+    // A candidate that was kept is an option of the connection, with a number by which robots name
+    // it.
     const model::ConnectionOption* option = OptionOf(context, candidate);
     Json broken = Json::array();
     for (const solver::Failure& f : candidate.failures) broken.push_back(FailureJson(context, f));

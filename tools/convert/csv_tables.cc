@@ -228,6 +228,7 @@ Result<void> WriteLinksOfWorld(const RunLog& log, std::vector<Entry> logger::Wor
   }
   const size_t width = next == 0 ? 0 : static_cast<size_t>(Commas(group.names)) / next;
   group.fill = [&, width](const logger::WorldSample& sample, std::string* row) {
+    // WORLD lists its links in any order, and only those that there are.
     std::vector<const Entry*> found(columns.size(), nullptr);
     for (const Entry& entry : sample.*entries) {
       found[columns.at({entry.module_id, entry.link})] = &entry;

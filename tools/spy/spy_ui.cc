@@ -284,6 +284,7 @@ std::string Press(const Key& key, const SpySnapshot& spy, SpyUi* ui) {
     if (rows == 0) ui->page = ui->below_help;
     return {};
   }
+  // Help is left to the page from which it was asked for.
   if (c == '?' || c == 'h') {
     ui->below_help = ui->page;
     ui->page = SpyUi::Page::kHelp;
@@ -294,6 +295,7 @@ std::string Press(const Key& key, const SpySnapshot& spy, SpyUi* ui) {
     ui->frozen = !ui->frozen;
     return {};
   }
+  // A key that commands the run does so on every page.
   std::string command = CommandOf(key, ShownRun(spy, *ui), *ui);
   if (!command.empty()) return command;
   if (ui->page == SpyUi::Page::kLists) {
