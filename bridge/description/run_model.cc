@@ -76,6 +76,7 @@ Result<void> TakeRobot(const proto::RunDescription& d, RunModel* run) {
 
 /// Verifies all images, and keeps those that are sound. The first error.
 Result<void> TakeImages(const proto::RunDescription& d, RunModel* run) {
+  // A damaged image leaves the other ones of use: only what it names is then told by numbers.
   const auto bytes = [](const std::string& s) { return std::vector<uint8_t>(s.begin(), s.end()); };
   Result<void> all = run->images.AddProgram("the run's program", bytes(d.program_image()));
   run->has_program = all.has_value();
@@ -89,6 +90,7 @@ Result<void> TakeImages(const proto::RunDescription& d, RunModel* run) {
 }  // namespace
 
 model::LinkRef RootLinkOf(const model::Robot& robot, int module) {
+  // Only of its own root module the robot says which link is meant.
   return {module, module == robot.root_module ? robot.root_link : 0};
 }
 
@@ -103,6 +105,7 @@ Result<std::shared_ptr<const RunModel>> ReadRunModel(const std::string& descript
   static_cast<DescribedRun&>(*run) = ValuesOf(*d);
   run->tick_us = d->tick_us();
   run->speed = d->speed();
+  // What is wrong with one part is kept as a sentence, since a reader may need another part only.
   if (const Result<void> taken = TakeRobot(*d, run.get()); !taken) {
     run->problem = taken.error().message;
   }

@@ -44,6 +44,7 @@ class Loader : private bridge::RunMessageHandler {
     ++facts_.events;
     if (facts_.events == 1) facts_.first_us = event.timestamp_us;
     facts_.last_us = event.timestamp_us;
+    // Channels of other runs and programs are counted as well, and not read.
     LogChannels::Known& known = channels_.Of(event);
     ChannelFacts& channel = *known.facts;
     channel.last_us = event.timestamp_us;
@@ -374,6 +375,7 @@ morphbus::docked_connector_t WithModelIndex(const std::map<int, int>& model_indi
 
 bridge::Dockings DockingsAt(const RunLog& log, const std::map<int, int>& model_indices,
                             int64_t time_us) {
+  // A log without any reading still shows the robot as it was built.
   bridge::Dockings dockings(log.robot->modules.size());
   bool sensed = false;
   for (const ModuleSeries& module : log.modules) {

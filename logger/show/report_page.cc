@@ -10,6 +10,7 @@ std::string TableHead(const std::vector<std::string>& columns, const std::string
   std::string html = fmt::format("<div class='scroll'><table{}><thead><tr>",
                                  kind.empty() ? "" : fmt::format(" class='{}'", kind));
   for (const std::string& column : columns) {
+    // A column's text says how it is set, so that a table's head can be written as one list.
     const bool number = column.starts_with('#');
     const size_t unit = column.find('|');
     html += (number ? "<th class='n'>" : "<th>") + column.substr(0, unit).substr(number ? 1 : 0);
@@ -30,6 +31,7 @@ PlotPoints Over(const ScalarTrack& track, double scale) {
 }
 
 void ReportPage::Begin(const std::string& title, const std::string& heading) {
+  // The style stands in the page itself, which is one file that can be sent to anybody.
   html_ = fmt::format(
       "<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
       "<meta name='viewport' content='width=device-width, initial-scale=1'>"
@@ -65,6 +67,7 @@ void ReportPage::MessageFact(const LogFacts& facts) {
 void ReportPage::BuildFacts(const LogFacts& facts) {
   Fact("started", facts.started);
   Fact("build", facts.build);
+  // Logs of earlier versions do not tell of the machine's arithmetic.
   Fact("arithmetic", facts.arithmetic.empty() ? "not known" : facts.arithmetic);
 }
 
@@ -81,6 +84,7 @@ void ReportPage::Figure(const std::vector<PlotLine>& lines, const PlotOptions& o
 
 PlotOptions ReportPage::OverTime(std::string title, const char* unit, int height,
                                  double least) const {
+  // All plots over time have one width, so that instants lie below each other.
   return {std::move(title), "sim time (s)", unit, 640, height, false, least, marks_};
 }
 

@@ -28,6 +28,7 @@ Json TaskJson(const bridge::HeldTask& task) {
 }  // namespace
 
 Json WaitJson(vm::WaitKind wait, int64_t until_us, const std::string& joint) {
+  // Time and joint are members only where the task waits for such a thing.
   Json json = {{"waits_for", kWaits[static_cast<int>(wait)]}};
   if (wait == vm::WaitKind::kSleep) json["until"] = Seconds(until_us);
   if (wait == vm::WaitKind::kMotion) json["joint"] = joint;
