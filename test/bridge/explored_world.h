@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <morphbus/sim_clock_t.hpp>
 #include <string>
 #include <vector>
@@ -16,11 +15,12 @@
 #include "bridge/lockstep/participant.h"
 #include "bridge/lockstep/sim_lockstep.h"
 #include "test/bridge/explored_message.h"
+#include "test/bridge/sent_messages.h"
 
 namespace morphbus::bridge {
 
 /// All nodes, and what they have sent.
-class World {
+class World : public SentMessages {
  public:
   explicit World(const Settings& settings)
       : sim(SimConfig(settings)),
@@ -62,11 +62,7 @@ class World {
   /// The state of nodes and network.
   void Print(std::string* print) const {
     PrintNodes(print);
-    for (const Message& m : sent) {
-      const char bytes[] = {static_cast<char>(m.kind), static_cast<char>(m.process),
-                            static_cast<char>(m.number), static_cast<char>(m.last)};
-      print->append(bytes, sizeof(bytes));
-    }
+    AddFingerprint(print);
   }
 
   /// Everything was computed and is in the log, whose END may say `clean`.
@@ -182,8 +178,6 @@ class World {
     return {};
   }
 
-  std::vector<Message> sent;  ///< A set: sorted, each once.
-  std::deque<Message> fresh;  ///< Sent since it was last emptied: resends too.
   SimLockstep sim;
   std::array<ModuleLockstep, kMostModules> modules;
   LogLockstep log;
@@ -201,16 +195,6 @@ class World {
   int64_t DueOf(int64_t deadline) {
     if (deadline != kNever) now_us_ = std::max(now_us_, deadline);
     return now_us_;
-  }
-
-  [[nodiscard]] bool Sent(const Message& m) const {
-    return std::binary_search(sent.begin(), sent.end(), m);
-  }
-
-  void Send(const Message& m) {
-    const auto at = std::lower_bound(sent.begin(), sent.end(), m);
-    if (at == sent.end() || *at != m) sent.insert(at, m);
-    fresh.push_back(m);
   }
 
   void DeliverToSim(const Message& m) {
