@@ -19,8 +19,10 @@ namespace {
 using model::Docking;
 using model::Pose;
 
-/// Bounds: tries of one placement for one module, and draws in a row that bring nothing new.
+/// Bounds: tries of one placement for one module, of further ways to make dockings, and draws in a
+/// row that bring nothing new.
 constexpr int64_t kMaxSteps = 2'000'000;
+constexpr int kMaxJoinings = 10'000;
 constexpr int kMaxIdleDraws = 200;
 constexpr int kMaxRejected = 10'000;
 
@@ -56,10 +58,10 @@ class VariantFinder {
       return std::move(found_);
     }
     for (int idle = 0; idle < kMaxIdleDraws && found_.size() < options_.max; ++idle) {
-      const size_t before = found_.size();
+      found_before_ = found_.size();
       stop_after_one_ = true;
       Visit();
-      if (found_.size() > before) idle = -1;
+      if (found_.size() > found_before_) idle = -1;
     }
     return std::move(found_);
   }
@@ -161,10 +163,15 @@ class VariantFinder {
       };
       return own(x) && !own(y);
     });
+    // Two ways with the same connectors are one joining, told from either side: the first counts.
+    std::set<std::pair<int, int>> connectors;
+    std::erase_if(it->second, [&](const Way& way) {
+      return !connectors.emplace(way.connector_x, way.connector_y).second;
+    });
     return it->second;
   }
 
-  /// Depth first over the modules; calls Finish for each complete choice.
+  /// Depth first over the modules; calls JoinModules for each complete choice.
   void Visit() {
     const size_t count = order_.size();
     chosen_.assign(robot_.modules.size(), -1);
@@ -191,8 +198,8 @@ class VariantFinder {
         next[depth] = 0;
         continue;
       }
-      Finish();
-      if (found_.size() >= options_.max || stop_after_one_ || rejected_ > kMaxRejected) return;
+      JoinModules();
+      if (Enough() || stop_after_one_) return;
     }
   }
 
@@ -222,39 +229,67 @@ class VariantFinder {
     return name();
   }
 
-  /// Makes the dockings of `variant` as the placements chosen ask, no connector used twice. False
-  /// if that cannot be.
-  bool JoinModules(model::Robot& variant) {
+  /// Makes the dockings as the placements chosen ask, in each way in which no connector is used
+  /// twice, and calls Finish for it. Depth first over the dockings: two may want one connector, and
+  /// the first way of the one may be the only way of the other.
+  void JoinModules() {
+    model::Robot variant = robot_;
+    const size_t count = robot_.dockings.size();
     std::set<std::pair<int, int>> used;  // module, connector
-    for (size_t d = 0; d < robot_.dockings.size(); ++d) {
-      const Docking& docking = robot_.dockings[d];
-      // The first way whose connectors are both free; earlier dockings are not taken back for it.
-      const std::vector<Way>& ways =
-          Alternatives(static_cast<int>(d), chosen_[docking.module_a], chosen_[docking.module_b]);
-      const auto way = std::find_if(ways.begin(), ways.end(), [&](const Way& w) {
-        return used.count({docking.module_a, w.connector_x}) == 0 &&
-               used.count({docking.module_b, w.connector_y}) == 0;
-      });
-      if (way == ways.end()) return false;
-      used.insert({docking.module_a, way->connector_x});
-      used.insert({docking.module_b, way->connector_y});
-      // X is the docking's module a. Where the connection wants the modules the other way round,
-      // the docking is turned, with its connectors.
-      Docking joined{docking.module_a, way->connector_x, docking.module_b,
-                     way->connector_y, way->connection,  way->option};
-      if (way->swapped) {
-        std::swap(joined.module_a, joined.module_b);
-        std::swap(joined.connector_a, joined.connector_b);
+    std::vector<size_t> next(count + 1, 0);
+    size_t d = 0;
+    for (int tries = 0; tries < kMaxJoinings && !Enough();) {
+      // All are made, or all ways of one are used up: the one before it gets its next.
+      const bool complete = d == count;
+      if (complete) Finish(variant);
+      const std::vector<Way>* ways = complete ? nullptr : &AlternativesOf(d);
+      if (complete || next[d] == ways->size()) {
+        if (d-- == 0) return;
+        const Docking& last = variant.dockings[d];
+        used.erase({last.module_a, last.connector_a});
+        used.erase({last.module_b, last.connector_b});
+        continue;
       }
-      variant.dockings[d] = joined;
+      // The first ways alone, of which most dockings have no other, cost no try.
+      tries += next[d] > 0 ? 1 : 0;
+      const Docking joined = Joined(robot_.dockings[d], (*ways)[next[d]++]);
+      if (used.count({joined.module_a, joined.connector_a}) > 0 ||
+          used.count({joined.module_b, joined.connector_b}) > 0) {
+        continue;
+      }
+      used.insert({joined.module_a, joined.connector_a});
+      used.insert({joined.module_b, joined.connector_b});
+      variant.dockings[d++] = joined;
+      next[d] = 0;
     }
-    return true;
   }
 
-  /// Builds the robot that is chosen; keeps it if it is new, possible and congruent.
-  void Finish() {
-    model::Robot variant = robot_;
-    if (!JoinModules(variant)) return;
+  /// The ways of docking `d`, its modules being placed as is chosen.
+  const std::vector<Way>& AlternativesOf(size_t d) {
+    const Docking& docking = robot_.dockings[d];
+    return Alternatives(static_cast<int>(d), chosen_[docking.module_a], chosen_[docking.module_b]);
+  }
+
+  /// The docking made in another way. X is its module a; where the connection wants the modules the
+  /// other way round, the docking is turned, with its connectors.
+  static Docking Joined(const Docking& docking, const Way& way) {
+    Docking joined{docking.module_a, way.connector_x, docking.module_b,
+                   way.connector_y,  way.connection,  way.option};
+    if (way.swapped) {
+      std::swap(joined.module_a, joined.module_b);
+      std::swap(joined.connector_a, joined.connector_b);
+    }
+    return joined;
+  }
+
+  /// Whether the present search shall end.
+  [[nodiscard]] bool Enough() const {
+    return found_.size() >= options_.max || rejected_ > kMaxRejected ||
+           (stop_after_one_ && found_.size() > found_before_);
+  }
+
+  /// Completes a robot whose dockings are chosen; keeps it if it is new and congruent.
+  void Finish(model::Robot variant) {
     const Key key = KeyOf(variant.dockings);
     if (seen_.count(key) > 0) return;
 
@@ -310,6 +345,7 @@ class VariantFinder {
   int number_ = 1;    ///< Of the next variant.
   int rejected_ = 0;  ///< Robots that could be built, but were not congruent in frame.
   bool stop_after_one_ = false;
+  size_t found_before_ = 0;  ///< Before the present search.
 };
 
 }  // namespace

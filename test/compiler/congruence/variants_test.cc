@@ -186,6 +186,44 @@ TEST(Variants, EnumeratedWithoutASeedAreAllThereAre) {
   EXPECT_EQ(Variants(model, robot, options).size(), 3u);
 }
 
+TEST(Variants, GiveUpAConnectorThatAnotherDockingNeeds) {
+  // Two connectors of m1 lie in one place. Its docking with m2 can be made with either, the other
+  // one, a quarter turn further, with the first alone: m2 has to leave it, whichever way m2 stands.
+  model::Model model = test::MtranFile();
+  std::vector<model::Connector>& connectors = model.module_types[0].connectors;
+  constexpr int kC2 = 1, kC5 = 4;
+  const int twin = static_cast<int>(connectors.size());
+  connectors.push_back(connectors[kC2]);
+  connectors.back().name = "twin";
+  std::vector<model::ConnectionOption>& options = model.connection_types[0].options;
+  int straight = -1, quarter = -1;
+  for (size_t o = 0, count = options.size(); o < count; ++o) {
+    model::ConnectionOption option = options[o];
+    const bool from_a = option.connector_a == kC2 && option.connector_b == kC5;
+    if (!from_a && (option.connector_a != kC5 || option.connector_b != kC2)) continue;
+    // The twin docks straight, or upside down.
+    const double cosine = option.X_AB.linear()(1, 1);
+    if (from_a && std::abs(cosine) < 0.5) quarter = static_cast<int>(o);
+    if (std::abs(cosine) < 0.5) continue;
+    (from_a ? option.connector_a : option.connector_b) = twin;
+    option.number = static_cast<int>(options.size()) + 1;
+    if (from_a && cosine > 0.5) straight = static_cast<int>(options.size());
+    options.push_back(option);
+  }
+  model::Robot robot;
+  robot.name = "three";
+  robot.modules = {{"m1", 0, {0, 0}}, {"m2", 0, {0, 0}}, {"m3", 0, {0, 0}}};
+  robot.dockings = {{0, twin, 1, kC5, 0, straight}, {0, kC2, 2, kC5, 0, quarter}};
+  const std::vector<Variant> variants = Variants(model, robot, {.max = 1000, .seed = {}});
+  // Of those in which m1 and m3 stay as they are, the one with m2 upside down.
+  const auto turned = std::count_if(variants.begin(), variants.end(), [&](const Variant& variant) {
+    const std::vector<model::Docking>& dockings = variant.robot.dockings;
+    return dockings[1].option == quarter && dockings[0].connector_a == twin &&
+           dockings[0].connector_b == kC5 && dockings[0].option != straight;
+  });
+  EXPECT_EQ(turned, 1);
+}
+
 /// ATRONs, their hinges without limits.
 model::Model AtronModel() {
   model::Model model;
