@@ -76,6 +76,7 @@ void Vm::FillMessage(Context& context, NeighbourMessage* message) {
 }
 
 void Vm::FillShared(NeighbourMessage* message) {
+  // Shared fields are told in the order of their slots, by which neighbours know them.
   message->num_shared = 0;
   if (state_.role.role < 0) return;
   const RoleInfo role = program_->role(state_.role.role);
@@ -109,6 +110,7 @@ void Vm::FillStatus(Context& context, StatusReport* status) {
 
 void Vm::ReplaceProgram(const VerifiedProgram& program) {
   Context context{config_, kinematics_, *program_, state_, nullptr};
+  // What is no program's stays: the place, the neighbours, where joints are.
   CarryOver(context, program);
   program_ = &program;
 }

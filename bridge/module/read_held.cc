@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "vm/image/image_texts.h"
 #include "vm/image/opcodes.h"
 #include "vm/image/print_line.h"
 #include "vm/image/set_locals.h"
@@ -11,12 +12,10 @@
 namespace morphbus::bridge {
 namespace {
 
-std::string NameText(const vm::Text& text) { return {text.data, text.size}; }
-
 /// A value with its name and type.
 HeldValue ToHeld(const vm::VerifiedProgram& program, const vm::VerifiedKinematics& kinematics,
                  const vm::Text& name, vm::ValueType type, vm::Cell value) {
-  return {NameText(name), vm::InfoOf(type).word, vm::ValueText(program, &kinematics, type, value)};
+  return {ToString(name), vm::InfoOf(type).word, vm::ValueText(program, &kinematics, type, value)};
 }
 
 /// The function of the routine that a task runs, by its place in the role; -1 if the role has no
@@ -73,18 +72,18 @@ HeldTask ReadTask(const vm::VerifiedProgram& program, const vm::VerifiedKinemati
   // What it runs, and what it waits for.
   out.kind = task.kind;
   const int routine = RoutineOf(role, task);
-  if (routine >= 0) out.routine = NameText(program.function_name(routine));
+  if (routine >= 0) out.routine = ToString(program.function_name(routine));
   out.wait = task.wait;
   if (task.wait == vm::WaitKind::kSleep) out.until_us = task.wake_us;
   if (task.wait == vm::WaitKind::kMotion) {
-    out.joint = NameText(kinematics.joint(task.wait_joint).name);
+    out.joint = ToString(kinematics.joint(task.wait_joint).name);
   }
   // Where it stands. A frame goes on at its pc: what it is at, a wait or a call, is before that.
   for (int f = task.stack.depth - 1; f >= 0; --f) {
     const vm::Frame& frame = task.stack.frames[f];
     const bool innermost = f == task.stack.depth - 1;
     const uint32_t at = innermost ? task.pc : frame.pc - std::min<uint32_t>(frame.pc, 1);
-    out.calls.push_back({NameText(program.function_name(frame.function)),
+    out.calls.push_back({ToString(program.function_name(frame.function)),
                          program.LineOf(frame.function, at),
                          ReadLocals(program, kinematics, frame, at, task.stack.cells)});
     // What has no value yet is not told.

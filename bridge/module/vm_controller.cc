@@ -10,12 +10,10 @@
 #include "bridge/module/read_held.h"
 #include "bridge/wire/vm_codec.h"
 #include "bridge/wire/wire_limits.h"
+#include "vm/image/image_texts.h"
 
 namespace morphbus::bridge {
 namespace {
-
-/// Text of an image as a string of its own.
-std::string ToString(const vm::Text& text) { return {text.data, text.size}; }
 
 /// Looks up the names behind a report's numbers.
 StatusNames NamesOf(const vm::StatusReport& report, const vm::VerifiedKinematics& kinematics,

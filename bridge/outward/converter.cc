@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "bridge/module/program_roles.h"
 #include "bridge/outward/scene.h"
 #include "compiler/base/text.h"
+#include "vm/image/image_texts.h"
 
 namespace morphbus::bridge {
 namespace {

@@ -1,10 +1,9 @@
 #include "bridge/outward/scene.h"
+#include "vm/image/image_texts.h"
 #include "vm/image/values.h"
 
 namespace morphbus::bridge {
 namespace {
-
-std::string StringOf(const vm::Text& text) { return {text.data, text.size}; }
 
 /// A module with its parts, in order of declaration.
 void Describe(const model::ModuleInstance& module, int id, const model::ModuleType& type,
@@ -33,13 +32,13 @@ void DescribeRoles(const vm::VerifiedProgram& program, const RoleColors& colors,
     // A role by its name, and whom it extends.
     const vm::RoleInfo role = program.role(i);
     morphbus::DescribedRole& described = *out->add_roles();
-    described.set_name(StringOf(role.name));
-    if (role.parent >= 0) described.set_extends(StringOf(program.role(role.parent).name));
+    described.set_name(ToString(role.name));
+    if (role.parent >= 0) described.set_extends(ToString(program.role(role.parent).name));
     described.set_abstract(role.abstract_role);
     if (!role.abstract_role) described.set_color(CssColor(colors.Of(described.name())));
     for (int c = 0; c < role.num_commands; ++c) {
       morphbus::DescribedCommand& command = *described.add_commands();
-      command.set_name(StringOf(program.member_name(role.commands[c])));
+      command.set_name(ToString(program.member_name(role.commands[c])));
       // Of the parameters only the types are in the image.
       const vm::FunctionInfo function = program.function(role.commands[c]);
       for (int a = 0; a < function.num_arguments; ++a) {
@@ -47,7 +46,7 @@ void DescribeRoles(const vm::VerifiedProgram& program, const RoleColors& colors,
       }
     }
     for (int l = 0; l < role.num_labels; ++l)
-      described.add_labels(StringOf(program.member_name(role.labels[l])));
+      described.add_labels(ToString(program.member_name(role.labels[l])));
   }
 }
 

@@ -3,24 +3,17 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "compiler/base/utf8.h"
+
 namespace morphbus {
-namespace {
-
-/// Characters of a text of UTF-8: bytes that continue one do not count.
-size_t WidthOf(const std::string& text) {
-  return static_cast<size_t>(std::count_if(text.begin(), text.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
-  }));
-}
-
-}  // namespace
 
 std::string Columns(const std::vector<std::vector<std::string>>& rows, std::string_view indent) {
   std::vector<size_t> widths;
   for (const std::vector<std::string>& row : rows) {
     widths.resize(std::max(widths.size(), row.size()));
     // A row may be longer than all before it, and adds columns then.
-    for (size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], WidthOf(row[i]));
+    for (size_t i = 0; i < row.size(); ++i)
+      widths[i] = std::max(widths[i], CountCharacters(row[i]));
   }
   std::string text;
   for (const std::vector<std::string>& row : rows) {
@@ -29,7 +22,7 @@ std::string Columns(const std::vector<std::vector<std::string>>& rows, std::stri
       line += row[i];
       // Every cell is filled up, the last ones too; what that leaves at the end of the line is cut
       // off below.
-      line.append(widths[i] - WidthOf(row[i]) + 2, ' ');
+      line.append(widths[i] - CountCharacters(row[i]) + 2, ' ');
     }
     text += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
   }

@@ -1,6 +1,12 @@
 #include "compiler/base/utf8.h"
 
+#include <algorithm>
+
 namespace morphbus {
+
+size_t CountCharacters(std::string_view text) {
+  return text.size() - static_cast<size_t>(std::ranges::count_if(text, ContinuesCharacter));
+}
 
 size_t Utf8Length(std::string_view text, size_t at) {
   // The text counts as followed by zeros, which are no continuation bytes.

@@ -7,6 +7,14 @@
 
 namespace morphbus {
 
+/// True for the second and later bytes of a character.
+[[nodiscard]] constexpr bool ContinuesCharacter(char c) {
+  return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U;
+}
+
+/// The number of characters of `text`: bytes that continue one do not count.
+[[nodiscard]] size_t CountCharacters(std::string_view text);
+
 /// The number of bytes of the character that begins at `at`. It is 0 if none does: at a stray or
 /// missing continuation byte, an overlong form, a surrogate, or a code beyond U+10FFFF.
 [[nodiscard]] size_t Utf8Length(std::string_view text, size_t at);

@@ -18,6 +18,7 @@ Type BuiltinChecker::Infer(const std::vector<Builtin>& table, const std::string&
                            Expr* member, Expr* call) {
   // A property stands without parentheses, so that the member itself is the expression.
   Expr* expr = call != nullptr ? call : member;
+  // Forms of a name differ in their numbers of arguments, so that at most one fits.
   const Builtin* form = nullptr;
   for (const Builtin& builtin : table) {
     if (member->name != builtin.name) continue;
@@ -46,12 +47,14 @@ Type BuiltinChecker::Infer(const std::vector<Builtin>& table, const std::string&
     conversions_.Want(call->operands[i + 1].get(), TypeOfLetter(form->arguments[i]),
                       "argument " + std::to_string(i + 1) + " of '" + prefix + member->name + "'");
   }
+  // From here on the call is its instruction; what is left are demands that types do not show.
   expr->meaning = Meaning::kBuiltin;
   expr->opcode = form->opcode;
   if (form->motion != Motion::kAny) CheckMotion(*form, *call->operands[1]);
   if (form->opcode == vm::Opcode::kJoints || form->opcode == vm::Opcode::kLinks) {
     CheckCount(*form, *call->operands.back());
   }
+  // Where the call stands it must be allowed to do what it does.
   scope_.Uses(form->opcode, member->name_span, prefix + member->name);
   if (vm::InfoOf(form->opcode).operand == vm::OperandKind::kSensorKindKeyword) {
     return parts_.UseSensorKind(expr, member->name_span);
@@ -62,6 +65,7 @@ Type BuiltinChecker::Infer(const std::vector<Builtin>& table, const std::string&
 void BuiltinChecker::CheckMotion(const Builtin& builtin, const Expr& joint) {
   const Motions motions = MotionsOf(joint);
   if (motions.turns == motions.slides) return;  // Either may be, or nothing is known.
+  // What all joints in question do is what the call wants.
   if (motions.turns == (builtin.motion == Motion::kTurns)) return;
   pass_
       .Error(joint.span,
@@ -81,11 +85,13 @@ BuiltinChecker::Motions BuiltinChecker::MotionsOf(const Expr& joint) const {
     add(keywords_.all()[model_.keywords[joint.index]]);
   } else if (joint.meaning == Meaning::kLabel) {
     for (int role = 0; role < std::ssize(model_.roles); ++role) {
+      // The code runs for subroles too, each with a label of its own in the slot.
       if (!model_.IsA(role, scope_.role_index())) continue;
       const Routine& label = model_.routines[model_.roles[role].labels[joint.index].routine];
       add(MotionsOf(*label.member->expr));
     }
   } else {
+    // It may be any joint of any module.
     for (const keywords::Keyword& keyword : keywords_.all()) add(keyword);
   }
   return motions;
@@ -99,6 +105,7 @@ void BuiltinChecker::CheckCount(const Builtin& builtin, const Expr& count) {
   const bool joints = builtin.opcode == vm::Opcode::kJoints;
   // Two bodies meet at a joint, and each holds so many joints at most.
   const int most = joints ? 2 * (vm::kMaxBodyJoints - 1) : vm::kMaxBodyJoints;
+  // Within the bounds some body may be so.
   if (value >= 0 && value <= most) return;
   pass_
       .Error(count.span, (joints ? "no joint has " : "no link has ") + std::to_string(value) +

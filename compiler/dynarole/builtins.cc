@@ -11,9 +11,11 @@ const std::vector<Builtin>& SelfBuiltins() {
       {"connected", "", Opcode::kConnected, true, "self.connected"},
       {"connected", "d", Opcode::kConnected, false, "self.connected(direction)"},
       {"connected", "dr", Opcode::kConnectedRole, false, "self.connected(direction, $Role)"},
+      // What makes labels: parts of the module by how the robot is built around them.
       {"joints", "ai", Opcode::kJoints, false, "self.joints(axis, n)"},
       {"links", "i", Opcode::kLinks, false, "self.links(n)"},
       {"center", "", Opcode::kCenter, true, "self.center"},
+      // The convention that the following degrees are counted by.
       {"setJointAxis", "jla", Opcode::kSetJointAxis, false, "self.setJointAxis(joint, link, axis)"},
       {"jointRotateDegrees", "jf", Opcode::kRotate, false,
        "self.jointRotateDegrees(joint, degrees)", Motion::kTurns},
@@ -27,6 +29,7 @@ const std::vector<Builtin>& SelfBuiltins() {
       {"jointEffort", "j", Opcode::kJointEffort, false, "self.jointEffort(joint)"},
       {"turnContinuous", "jf", Opcode::kTurnContinuous, false,
        "self.turnContinuous(joint, degrees_per_second)", Motion::kTurns},
+      // What turns counts in degrees, what slides in millimetres; each names its unit.
       {"jointMoveMillimetres", "jf", Opcode::kMoveMillimetres, false,
        "self.jointMoveMillimetres(joint, millimetres)", Motion::kSlides},
       {"jointMoveMillimetresNonBlocking", "jf", Opcode::kMoveMillimetresNonBlocking, false,
@@ -37,11 +40,13 @@ const std::vector<Builtin>& SelfBuiltins() {
        "self.jointSetMillimetresNonBlocking(joint, millimetres)", Motion::kSlides},
       {"jointMillimetres", "j", Opcode::kJointMillimetres, false, "self.jointMillimetres(joint)",
        Motion::kSlides},
+      // The paper sleeps in tenths of a second, its later programs in hundredths.
       {"sleepds", "f", Opcode::kSleepDs, false, "self.sleepds(tenths_of_a_second)"},
       {"sleepcs", "f", Opcode::kSleepCs, false, "self.sleepcs(hundredths_of_a_second)"},
       {"time", "", Opcode::kTime, true, "self.time"},
       {"ms", "", Opcode::kMilliseconds, true, "self.ms"},
       {"hops", "", Opcode::kHops, true, "self.hops"},
+      // Sensors are asked by where they look, in the world; those of a name are in SensorBuiltins.
       {"distance", "d", Opcode::kDistance, false, "self.distance(direction)"},
       {"contact", "d", Opcode::kContact, false, "self.contact(direction)"},
       {"tilt", "a", Opcode::kTilt, false, "self.tilt(axis)"},
@@ -51,6 +56,7 @@ const std::vector<Builtin>& SelfBuiltins() {
 
 const std::vector<Builtin>& FunctionBuiltins() {
   static const std::vector<Builtin> kTable = {
+      // Angles are in degrees, as everywhere in the language.
       {"sin", "f", Opcode::kSin, false, "sin(degrees)"},
       {"cos", "f", Opcode::kCos, false, "cos(degrees)"},
       {"tan", "f", Opcode::kTan, false, "tan(degrees)"},
@@ -63,6 +69,7 @@ const std::vector<Builtin>& FunctionBuiltins() {
       {"max", "ff", Opcode::kMax, false, "max(x, y)"},
       {"floor", "f", Opcode::kFloor, false, "floor(x)"},
       {"round", "f", Opcode::kRound, false, "round(x)"},
+      // The numbers follow from the seed of the run.
       {"random", "ff", Opcode::kRandom, false, "random(lowest, highest)"},
       {"axis", "d", Opcode::kAxisOf, false, "axis(direction)"},
   };
@@ -73,6 +80,7 @@ const std::vector<Builtin>& FunctionBuiltins() {
 // arguments here.
 const std::vector<Builtin>& JointBuiltins() {
   static const std::vector<Builtin> kTable = {
+      // The names in capitals are those of the paper's raw actuators.
       {"AXIS", "", Opcode::kJointAxis, true, "JOINT.AXIS"},
       {"SET_POSITION", "f", Opcode::kSetPosition, false, "JOINT.SET_POSITION(degrees)"},
       {"GET_POSITION", "", Opcode::kGetPosition, false, "JOINT.GET_POSITION()"},

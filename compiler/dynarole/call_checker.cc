@@ -12,6 +12,7 @@ using source::Diagnostic;
 using source::Span;
 
 Type CallChecker::InferMethod(Expr* call, const std::string& name, const Span& span, int slot) {
+  // A value is computed by the compiler, which runs no code.
   if (scope_.routine() == nullptr)
     return pass_.Wrong(span, "value of a field must be known at compile time");
   // The result type is that of the signature, which all functions in the slot share; it is unknown
@@ -21,6 +22,7 @@ Type CallChecker::InferMethod(Expr* call, const std::string& name, const Span& s
   model_.signatures[callee.signature].called = true;
   call->meaning = Meaning::kMethod;
   call->index = slot;
+  // Calls are collected, since only the whole program shows whether they end.
   scope_.routine()->calls.push_back({slot, span});
   CheckArguments(call, callee.signature, "function '" + name + "'");
   const Type result = model_.signatures[callee.signature].result;
@@ -33,15 +35,18 @@ Type CallChecker::InferInvoke(Expr* member, Expr* call, int role, Meaning meanin
   const int slot = FindSlot(target.commands, member->name);
   if (slot < 0) return UnknownCommand(*member, target);
   const int signature = model_.routines[target.commands[slot].routine].signature;
+  // The slot is that of the role named: all its subroles have the command there.
   call->meaning = meaning;
   call->role = role;
   call->index = slot;
   CheckArguments(call, signature, "command '" + target.name + "." + member->name + "'");
+  // Other modules are made to act, so that requirements may not do it.
   scope_.Uses(vm::Opcode::kInvoke, member->name_span, target.name + "." + member->name);
   return Type::kVoid;
 }
 
 Type CallChecker::UnknownCommand(const Expr& member, const RoleModel& target) {
+  // The role may inherit the command from one that does not exist.
   if (target.broken) return Type::kError;
   Diagnostic& error = pass_.Error(
       member.name_span, "role '" + target.name + "' has no command '" + member.name + "'");
@@ -65,6 +70,7 @@ Type CallChecker::UnknownCommand(const Expr& member, const RoleModel& target) {
 
 // The role is what `$Role` says, since the fields and commands of neighbours are those of a role.
 Type CallChecker::InferNeighbours(Expr* member, Expr* call) {
+  // Only a call that names a role, by a value known now, says whose fields these are.
   const Expr& set = *member->operands[0];
   const bool of_role = set.meaning == Meaning::kBuiltin && set.opcode == vm::Opcode::kConnectedRole;
   const FoldResult folded = of_role ? Fold(*set.operands[2]) : FoldResult();
@@ -93,12 +99,14 @@ Type CallChecker::InferNeighbourField(Expr* member, int role) {
     std::string shared;
     for (const std::string& name : names) shared += (shared.empty() ? "it shares " : ", ") + name;
     pass_.Suggest(&error, member->name, names, "", shared);
+    // A command without parentheses is the likelier slip.
     if (FindSlot(target.commands, member->name) >= 0) {
       error.hint = "commands are called: write " + member->name + "(...)";
     }
     return Type::kError;
   }
   FieldDecl& decl = model_.fields[target.fields[slot].decl];
+  // Only shared fields travel with what a module tells its neighbours.
   if (!decl.shared) {
     pass_.Error(member->name_span, "field '" + decl.name + "' is not shared")
         .Hint("neighbours may read it if it is declared so: shared " + decl.name + " = ...;")
@@ -138,6 +146,7 @@ Type CallChecker::InferSuper(Expr* member, Expr* call) {
                        "no role that '" + model_.roles[scope_.role_index()].name +
                            "' extends has one of that name");
   }
+  // What a member replaces is code, and no value.
   if (call == nullptr) {
     return pass_.Wrong(member->span, "'super." + own.name + "' must be called",
                        "write super." + own.name + "(...)");
@@ -147,6 +156,7 @@ Type CallChecker::InferSuper(Expr* member, Expr* call) {
   call->meaning = Meaning::kSuper;
   call->index = callee;
   scope_.routine()->calls.push_back({-1, member->name_span, callee});
+  // Whatever replaces a routine takes the same arguments.
   const int signature = model_.routines[callee].signature;
   CheckArguments(call, signature, NameOf(scope_.routine()->kind) + " '" + own.name + "'");
   // A function's result may only be found in a later round, as that of any call.
@@ -165,6 +175,7 @@ void CallChecker::CheckArguments(Expr* call, int index, const std::string& what)
   Signature& signature = model_.signatures[index];
   // Wrong numbers of arguments say nothing about types.
   signature.called = true;
+  // The first operand is what is called.
   const size_t count = call->operands.size() - 1;
   if (count != signature.parameters.size()) {
     pass_
@@ -187,6 +198,7 @@ void CallChecker::CheckArguments(Expr* call, int index, const std::string& what)
         pass_.Change(&signature.parameters[i], Type::kFloat);
       }
     }
+    // An argument has to fit what is known of the parameter; one of unknown type takes its type.
     conversions_.Want(argument, signature.parameters[i],
                       "argument " + std::to_string(i + 1) + " of " + what);
   }

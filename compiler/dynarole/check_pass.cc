@@ -44,6 +44,8 @@ void CheckPass::Suggest(Diagnostic* error, const std::string& name,
 }
 
 bool CheckPass::Settle(Type* slot, Type type) {
+  // What is known stays: the first to tell a type decides. The final pass must find what the others
+  // have left, and not change it.
   if (*slot != Type::kUnknown || type == Type::kUnknown || type == Type::kError ||
       type == Type::kVoid || is_final()) {
     return false;

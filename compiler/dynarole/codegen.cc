@@ -17,9 +17,8 @@ using vm::Opcode;
 // Translates one routine by a walk over its tree.
 class FunctionGenerator : private ExpressionGenerator {
  public:
-  FunctionGenerator(const source::SourceSet& sources, const Routine& routine, ConstantPool* pool,
-                    ProgramCode* program)
-      : ExpressionGenerator(sources, pool, program), routine_(routine) {}
+  FunctionGenerator(const source::SourceSet& sources, const Routine& routine, ProgramCode* program)
+      : ExpressionGenerator(sources, program), routine_(routine) {}
 
   FunctionCode Generate(source::Diagnostics* diagnostics) {
     // Requirements and labels are one expression, whose value they return.
@@ -116,6 +115,7 @@ class FunctionGenerator : private ExpressionGenerator {
            {.type = ValueTypeOf(statement.type)});
     }
     EmitExpr(*statement.expr);
+    // Both operands lie on the stack now, in their order.
     if (statement.op != Operator::kNone) {
       EmitArithmetic(statement.op, statement.type == Type::kFloat);
     }
@@ -152,6 +152,7 @@ class FunctionGenerator : private ExpressionGenerator {
 
   void EmitWhile(const Stmt& statement) {
     const std::optional<bool> known = KnownCondition(*statement.expr);
+    // A loop that never begins leaves no code.
     if (known && !*known) return;
     EmitLoop(known ? nullptr : statement.expr.get(), *statement.body[0], nullptr, statement.span);
   }
@@ -230,10 +231,12 @@ class FunctionGenerator : private ExpressionGenerator {
       Place(&otherwise);
       return;
     }
+    // `!x` is the other jump.
     if (condition.kind == ExprKind::kUnary && condition.op == Operator::kNot) {
       EmitJumpUnless(*condition.operands[0], target);
       return;
     }
+    // The two orders without an instruction are negations, as above.
     if (condition.kind == ExprKind::kBinary &&
         (condition.op == Operator::kGreater || condition.op == Operator::kGreaterEqual)) {
       EmitExpr(*condition.operands[0]);
@@ -283,18 +286,15 @@ class CellCounter {
 };
 
 // Periods stand first in the table of constants, since handlers name them by seven bits.
-void AddPeriods(const ProgramModel& model, ConstantPool* pool, ProgramCode* code,
-                source::Diagnostics* diagnostics) {
+void AddPeriods(const ProgramModel& model, ProgramCode* code, source::Diagnostics* diagnostics) {
   code->periods.assign(model.routines.size(), -1);
   for (size_t i = 0; i < model.routines.size(); ++i) {
     const Member& member = *model.routines[i].member;
     if (member.period == nullptr) continue;
+    // Equal periods share a constant, so that many timers need few of them.
     const uint32_t bits = vm::Cell::Float(member.period_s).bits;
-    const auto [it, is_new] = pool->emplace(std::make_pair(vm::ValueType::kFloat, bits),
-                                            static_cast<int>(code->constants.size()));
-    if (is_new) code->constants.emplace_back(vm::ValueType::kFloat, bits);
-    code->periods[i] = it->second;
-    if (it->second < vm::image::kMaxPeriods) continue;
+    code->periods[i] = code->constants.NumberOf({vm::ValueType::kFloat, bits});
+    if (code->periods[i] < vm::image::kMaxPeriods) continue;
     diagnostics->Error(member.period->span, "too many different periods in one program").hint =
         "at most " + std::to_string(vm::image::kMaxPeriods);
     return;
@@ -307,10 +307,10 @@ ProgramCode Generate(const source::SourceSet& sources, const ProgramModel& model
                      source::Diagnostics* diagnostics) {
   ProgramCode code;
   // One table of constants serves the whole program.
-  ConstantPool pool;
-  AddPeriods(model, &pool, &code, diagnostics);
+  AddPeriods(model, &code, diagnostics);
   for (const Routine& routine : model.routines) {
-    FunctionGenerator generator(sources, routine, &pool, &code);
+    // Each routine is translated by itself; calls go by slots, so that no order matters.
+    FunctionGenerator generator(sources, routine, &code);
     code.functions.push_back(generator.Generate(diagnostics));
   }
   // A task has a fixed number of cells for all the calls that nest in it.
@@ -325,7 +325,7 @@ ProgramCode Generate(const source::SourceSet& sources, const ProgramModel& model
                 "; use fewer variables, or let calls nest less deep";
     break;
   }
-  if (code.constants.size() > 65535) {
+  if (code.constants.all().size() > 65535) {
     diagnostics->Error(model.routines[0].member->name_span, "too many constants in one program");
   }
   return code;

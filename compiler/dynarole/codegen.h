@@ -2,12 +2,12 @@
 // A checked program as code, function by function.
 
 #include <cstdint>
-#include <map>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "compiler/dynarole/constants.h"
+#include "compiler/dynarole/numbered.h"
 #include "compiler/dynarole/program_model.h"
 
 namespace morphbus::dynarole {
@@ -44,11 +44,10 @@ struct FunctionCode {
 struct ProgramCode {
   /// The function at i is that of the routine i.
   std::vector<FunctionCode> functions;
-  /// Type and bits of each constant, in the order in which they were first needed.
-  std::vector<std::pair<vm::ValueType, uint32_t>> constants;
-  /// The texts that are printed; the bits of a constant that is one are its number here.
-  std::vector<std::string> texts;
-  std::map<std::string, uint32_t> text_numbers;
+  /// Type and bits of each constant; those of a text are its number among the texts.
+  Numbered<std::pair<vm::ValueType, uint32_t>> constants;
+  /// The texts that are printed.
+  Numbered<std::string> texts;
   /// Which constant is the period of a timer, by routine; -1 for all others.
   std::vector<int> periods;
 };

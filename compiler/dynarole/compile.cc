@@ -70,6 +70,7 @@ CompileResult CompileProgram(const std::string& name, const std::string& text,
   }
   // Each stage goes on after errors and reports all it can.
   source::Diagnostics unreadable;
+  // The tokens are kept: both languages have words and names alike.
   const std::vector<Token> tokens = Tokenize(result.sources, file, &unreadable);
   // Of a text in another language every line is wrong; that it is one says all.
   if (const std::optional<source::Span> word = BeginningOfModel(result.sources, file, tokens)) {

@@ -9,6 +9,7 @@ namespace morphbus::dynarole {
 
 namespace {
 
+// Far more than a reader follows, and little enough for the stack.
 constexpr int kMaxConstantDepth = 16;
 
 }  // namespace
@@ -19,6 +20,7 @@ void ConstantChecker::CheckAll() {
 
 void ConstantChecker::Resolve(int index) {
   ConstantModel& constant = model_.constants[index];
+  // Each is computed once, at the first that needs it.
   if (constant.type != Type::kUnknown) return;
   // A constant may stand before those that it rests on, but the chain must be short, as each of
   // them costs the stack as much as a deep expression.
@@ -37,6 +39,7 @@ void ConstantChecker::Resolve(int index) {
   constant.busy = false;
   --depth_;
   scope_.EnterValue(role);
+  // A constant without a value has the type of an error, so that its users are not reported, too.
   const FoldResult folded = Fold(*constant.expr);
   if (folded.value && type != Type::kError) {
     constant.cell = folded.value->cell;
@@ -55,6 +58,7 @@ void ConstantChecker::Resolve(int index) {
 Type ConstantChecker::Infer(Expr* expr, int index) {
   ConstantModel& constant = model_.constants[index];
   constant.used = true;
+  // It has been come upon again while its own value is computed.
   if (constant.busy) {
     pass_.Error(expr->span, "constant '" + constant.name + "' rests on itself")
         .Note(constant.span, "declared here");

@@ -144,6 +144,7 @@ FoldResult FoldCall(const Expr& expr, const FieldValues* fields) {
   const bool mathematics = expr.opcode >= vm::Opcode::kSin && expr.opcode <= vm::Opcode::kRound;
   const bool axis = expr.opcode == vm::Opcode::kAxisOf;
   if (expr.meaning != Meaning::kBuiltin || (!mathematics && !axis)) return {};
+  // No such function takes more than two numbers.
   Cell arguments[2];
   for (size_t i = 1; i < expr.operands.size() && i <= 2; ++i) {
     const FoldResult argument = Fold(*expr.operands[i], fields);

@@ -11,6 +11,7 @@ void Conversions::Want(Expr* expr, Type wanted, const std::string& what) {
     Hint(expr, wanted);
     return;
   }
+  // A conversion is noted in the tree; the generator and the folding carry it out.
   if (Fits(expr->type, wanted)) {
     if (expr->type != wanted) expr->wanted = wanted;
     return;
@@ -31,12 +32,14 @@ void Conversions::Want(Expr* expr, Type wanted, const std::string& what) {
   } else if (IsSet(expr->type) && wanted == Type::kBool) {
     error.hint = "compare its size with a number, for example == 1";
   }
+  // One message about a value is enough, whoever else wants something of it.
   expr->type = Type::kError;
 }
 
 void Conversions::Hint(Expr* expr, Type type) {
   // A parameter takes the type that is wanted of it.
   if (expr->kind == ExprKind::kName && expr->meaning == Meaning::kLocal) {
+    // Only members with a body have parameters.
     if (scope_.routine() == nullptr || scope_.routine()->signature < 0) return;
     Signature& signature = scope_.signature();
     const int slot = expr->index;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "compiler/base/utf8.h"
+
 namespace morphbus::dynarole {
 
 namespace {
@@ -97,6 +99,7 @@ void DumpConstants(const std::vector<ConstantDecl>& constants, const std::string
 // The word of the member, its name, its parameters or value, then its body.
 void DumpMember(const Member& member, std::string* out) {
   *out += std::string(member.shared ? "  shared " : "  ") + NameOf(member.kind);
+  // A requirement has no name, a field no word of its own.
   if (!member.name.empty()) *out += " " + member.name;
   if (member.body != nullptr) {
     *out += "(";
@@ -126,8 +129,7 @@ std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token
   for (const Token& token : tokens) {
     for (const std::string_view text = sources.text(token.span.file); at < token.span.begin; ++at) {
       // Columns count characters, as diagnostics do, not bytes.
-      const bool continues = (static_cast<unsigned char>(text[at]) & 0xc0u) == 0x80u;
-      column = text[at] == '\n' ? 1 : continues ? column : column + 1;
+      column = text[at] == '\n' ? 1 : column + (ContinuesCharacter(text[at]) ? 0 : 1);
       if (text[at] == '\n') ++line;
     }
     out += fmt::format("{}:{} {}", line, column, Describe(token.kind));

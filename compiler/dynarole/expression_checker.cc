@@ -35,6 +35,8 @@ Type ExpressionChecker::Infer(Expr* expr) {
   // An earlier pass may have known less, so nothing of it is kept.
   expr->wanted = Type::kUnknown;
   expr->meaning = Meaning::kNone;
+  // The type is that of the value itself; what the surroundings want is asked for afterwards, by
+  // them.
   expr->type = InferUnconverted(expr);
   return expr->type;
 }
@@ -72,6 +74,7 @@ Type ExpressionChecker::InferUnconverted(Expr* expr) {
     case ExprKind::kCall:
       return InferCall(expr);
     case ExprKind::kSuper:
+      // These three are no values; each has its place, which the hint shows.
       return pass_.Wrong(expr->span, "'super' cannot stand alone",
                          "it calls what this member replaces, for example super.start()");
     case ExprKind::kText:
@@ -102,6 +105,7 @@ Type ExpressionChecker::InferUnary(Expr* expr) {
 // connector or set.
 Type ExpressionChecker::InferMember(Expr* member, Expr* call) {
   const Expr& base = *member->operands[0];
+  // Neither self nor super is a value with a type, so that they come before everything else.
   if (base.kind == ExprKind::kSelf) return InferSelf(member, call);
   if (base.kind == ExprKind::kSuper) return calls_.InferSuper(member, call);
   // Variables and labels hide roles of their name.
@@ -111,6 +115,7 @@ Type ExpressionChecker::InferMember(Expr* member, Expr* call) {
       return calls_.InferInvoke(member, call, role);
     }
   }
+  // All else before a dot is a value.
   return InferPart(member, call);
 }
 
@@ -122,6 +127,7 @@ Type ExpressionChecker::InferCall(Expr* call) {
       FindSlot(scope_.role().methods, "print") < 0) {
     return InferPrint(call);
   }
+  // Texts among the arguments of print have no type; those of all other calls are values.
   for (size_t i = 1; i < call->operands.size(); ++i) Infer(call->operands[i].get());
   return callee->kind == ExprKind::kMember ? InferMember(callee, call) : InferFunction(call);
 }
@@ -136,6 +142,7 @@ Type ExpressionChecker::InferFunction(Expr* call) {
   if (!UsagesOf(FunctionBuiltins(), callee->name).empty()) {
     return builtins_.Infer(FunctionBuiltins(), "", callee, call);
   }
+  // The function may be one that is inherited from a role which does not exist.
   if (owner.broken) return Type::kError;
   if (FindSlot(owner.commands, callee->name) >= 0) {
     return calls_.CommandAsFunction(callee->name, callee->span);
@@ -151,6 +158,7 @@ Type ExpressionChecker::UnknownFunction(const Expr& callee) {
     error.hint = "did you mean '" + usages + "'?";
     return Type::kError;
   }
+  // Then a slip in a name of the language or of the role.
   std::vector<std::string> names = {"sizeof", "print"};
   for (const std::string& name : NamesOf(FunctionBuiltins())) names.push_back(name);
   for (const NamedSlot& method : scope_.role().methods) names.push_back(method.name);
@@ -177,6 +185,7 @@ Type ExpressionChecker::InferSizeof(Expr* call) {
     pass_.Error(set.span, "'sizeof' needs a set, but this is " + NameOf(set.type)).hint =
         "sets are what self.connected, self.joints and self.links yield";
   }
+  // Also where its operand is wrong: what is made of the number needs no second message.
   call->meaning = Meaning::kCount;
   return Type::kInt;
 }
@@ -224,14 +233,17 @@ Type ExpressionChecker::InferSelf(Expr* member, Expr* call) {
       return calls_.CommandAsFunction(member->name, member->name_span);
     }
   }
+  // What is left are the parts of the module, which have their names from the module types.
   return parts_.InferOfSelf(member, call);
 }
 
 Type ExpressionChecker::InferPart(Expr* member, Expr* call) {
   Expr* base = member->operands[0].get();
+  // A sensor is no value either, but is read by its name.
   const int sensor = parts_.FindSensor(*base);
   if (sensor >= 0) return parts_.InferSensor(member, call, sensor);
   const Type type = Infer(base);
+  // Of what has been reported, or is not known yet, nothing can be said.
   if (type == Type::kError || type == Type::kUnknown) return Type::kError;
   if (type == Type::kConnector) {
     // Whether something is docked is no state variable, and every connector knows it.
@@ -241,6 +253,7 @@ Type ExpressionChecker::InferPart(Expr* member, Expr* call) {
   }
   if (type == Type::kSet) return calls_.InferNeighbours(member, call);
   if (type == Type::kJoint || type == Type::kJointSet) {
+    // A set of joints stands for its only member.
     conversions_.Want(base, Type::kJoint, "what stands before the dot");
     return builtins_.Infer(JointBuiltins(), "JOINT.", member, call);
   }

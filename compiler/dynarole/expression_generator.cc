@@ -29,15 +29,10 @@ void ExpressionGenerator::EmitPrint(const Expr& call) {
     ++values;
   }
   // The value of a text is its number until the image has its characters; equal ones are one.
-  const std::string text = PrintTextOf(call);
-  const auto [number, is_new_text] =
-      program_.text_numbers.emplace(text, static_cast<uint32_t>(program_.texts.size()));
-  if (is_new_text) program_.texts.push_back(text);
-  const auto [it, is_new] = pool_.emplace(std::make_pair(ValueType::kText, number->second),
-                                          static_cast<int>(program_.constants.size()));
-  if (is_new) program_.constants.emplace_back(ValueType::kText, number->second);
+  const int text = program_.texts.NumberOf(PrintTextOf(call));
+  const int constant = program_.constants.NumberOf({ValueType::kText, static_cast<uint32_t>(text)});
   MarkLine(call.span);
-  Emit(Opcode::kPrint, {it->second & 0xffff}, {.values = values});
+  Emit(Opcode::kPrint, {constant & 0xffff}, {.values = values});
 }
 
 void ExpressionGenerator::EmitConstant(Type type, vm::Cell cell) {
@@ -46,10 +41,8 @@ void ExpressionGenerator::EmitConstant(Type type, vm::Cell cell) {
   if (value_type == ValueType::kInt && cell.AsInt() >= -128 && cell.AsInt() <= 127) {
     Emit(Opcode::kPushInt8, {cell.AsInt()});
   } else {
-    const auto [it, is_new] = pool_.emplace(std::make_pair(value_type, cell.bits),
-                                            static_cast<int>(program_.constants.size()));
-    if (is_new) program_.constants.emplace_back(value_type, cell.bits);
-    Emit(Opcode::kPushConst, {it->second & 0xffff}, {.type = value_type});
+    const int constant = program_.constants.NumberOf({value_type, cell.bits});
+    Emit(Opcode::kPushConst, {constant & 0xffff}, {.type = value_type});
   }
 }
 
@@ -146,6 +139,7 @@ void ExpressionGenerator::EmitOrder(const Expr& expr, bool strict) {
 }
 
 void ExpressionGenerator::EmitBinary(const Expr& expr) {
+  // These two need not evaluate their second operand.
   if (expr.op == Operator::kAnd || expr.op == Operator::kOr) {
     EmitLogic(expr);
     return;

@@ -1,25 +1,17 @@
 #pragma once
 // Translates the expressions of one routine.
 
-#include <cstdint>
-#include <map>
-#include <string>
-#include <utility>
-
 #include "compiler/dynarole/function_builder.h"
 
 namespace morphbus::dynarole {
-
-/// Where a constant stands in the image, by type and value: equal constants share an entry.
-using ConstantPool = std::map<std::pair<vm::ValueType, uint32_t>, int>;
 
 /// A function's code with its expressions. Every function Emit... leaves on the stack of types what
 /// its code will leave on the stack of the virtual machine.
 class ExpressionGenerator : public FunctionBuilder {
  public:
-  /// All arguments must outlive the generator; constants go into the pool and the program.
-  ExpressionGenerator(const source::SourceSet& sources, ConstantPool* pool, ProgramCode* program)
-      : FunctionBuilder(sources), pool_(*pool), program_(*program) {}
+  /// Both must outlive the generator; constants go into the program.
+  ExpressionGenerator(const source::SourceSet& sources, ProgramCode* program)
+      : FunctionBuilder(sources), program_(*program) {}
 
   /// Emits an expression with the conversion that is wanted of it.
   void EmitExpr(const Expr& expr);
@@ -41,7 +33,6 @@ class ExpressionGenerator : public FunctionBuilder {
   void EmitPrint(const Expr& call);
   void EmitBuiltin(const Expr& expr, const Expr* base, const Expr* call);
 
-  ConstantPool& pool_;
   ProgramCode& program_;
 };
 

@@ -81,6 +81,7 @@ ExprPtr ExpressionParser::Parse(int level) {
   ExprPtr left = ParseUnary();
   for (;;) {
     const BinaryOperator* op = FindBinary(in_.Peek().kind);
+    // What binds less belongs to whoever called.
     if (op == nullptr || op->level < level) break;
     const Span op_span = in_.Take().span;
     // Operators of one level group from the left: the right side holds none of this level.
@@ -136,6 +137,7 @@ ExprPtr ExpressionParser::ParsePostfix() {
                (expr->kind == ExprKind::kName || expr->kind == ExprKind::kMember)) {
       // Only names and members can be called.
       ExprPtr call = Node(ExprKind::kCall, expr->span);
+      // Messages about a call show what is called, without its arguments.
       call->name = expr->name;
       call->name_span = expr->name_span;
       Adopt(call.get(), std::move(expr));

@@ -29,6 +29,7 @@ void FunctionBuilder::Emit(Opcode op, std::initializer_list<int> parts,
 }
 
 void FunctionBuilder::EmitOpcode(Opcode op) {
+  // Where instructions begin must be known to join them.
   starts_.push_back(code_.bytes.size());
   EmitByte(static_cast<int>(op));
 }
@@ -43,6 +44,7 @@ Opcode FunctionBuilder::Before(size_t back) const {
 }
 
 void FunctionBuilder::Replace(size_t count, Opcode op, std::vector<uint8_t> operand) {
+  // The stack has been accounted for: one instruction does what the several did.
   const size_t begin = PlaceOf(count - 1);
   starts_.resize(starts_.size() - count + 1);
   code_.bytes.resize(begin);
@@ -139,6 +141,7 @@ void FunctionBuilder::MarkLine(const source::Span& span) {
 }
 
 void FunctionBuilder::Push(vm::ValueType type) {
+  // The image states how high a function's stack grows.
   stack_.push_back(type);
   code_.max_stack = std::max(code_.max_stack, static_cast<int>(stack_.size()));
 }
@@ -150,6 +153,7 @@ void FunctionBuilder::Drop(size_t count) {
 }
 
 void FunctionBuilder::Jump(vm::Opcode op, Target* target) {
+  // A comparison before the jump becomes a part of it, as most jumps have one.
   const vm::OpcodeInfo& info = vm::InfoOf(op);
   const Opcode joined = JoinJump(op);
   // Only loops jump backwards; most of them count up to a constant.

@@ -4,39 +4,14 @@
 #include <map>
 
 #include "vm/image/image.h"
+#include "vm/image/image_bytes.h"
 
 namespace morphbus::dynarole {
 
 namespace {
 
+using vm::ImageBytes;
 using vm::image::Section;
-
-// Little-endian bytes, as the virtual machine reads them.
-class Bytes {
- public:
-  /// One byte, from a number or an enumerator.
-  template <typename T>
-  void U8(T value) {
-    bytes_.push_back(static_cast<uint8_t>(value));
-  }
-  /// Numbers are little-endian in an image, as the virtual machine reads them.
-  void U16(size_t value) {
-    U8(value & 255);
-    U8(value >> 8 & 255);
-  }
-  void U32(size_t value) {
-    U16(value & 0xffff);
-    U16(value >> 16 & 0xffff);
-  }
-  void Append(const std::vector<uint8_t>& other) {
-    bytes_.insert(bytes_.end(), other.begin(), other.end());
-  }
-  [[nodiscard]] const std::vector<uint8_t>& bytes() const { return bytes_; }
-  [[nodiscard]] size_t size() const { return bytes_.size(); }
-
- private:
-  std::vector<uint8_t> bytes_;
-};
 
 // Fills the sections one by one, then puts them together behind the header.
 class Writer {
@@ -52,6 +27,11 @@ class Writer {
     for (const RoleModel& role : model_.roles) WriteRole(role);
     // Fields have added their first values to what the code needs.
     WriteConstants();
+    // What holds at joins; those where the same holds share it.
+    for (const auto& [set_locals, stack_types] : states_.all()) {
+      section(Section::kStates).U16(set_locals);
+      section(Section::kStates).U32(stack_types);
+    }
     // The texts were collected while the other sections were written.
     section(Section::kStrings) = strings_.bytes;
     return Assemble(WriteNotes(source_name));
@@ -60,18 +40,17 @@ class Writer {
  private:
   // Texts that lie one behind the other; equal ones are stored once.
   struct Strings {
-    Bytes bytes;
+    ImageBytes bytes;
     std::map<std::string, size_t> offsets;
 
     size_t OffsetOf(const std::string& text) {
+      // A name stands once, however many records name it.
       const auto [it, is_new] = offsets.emplace(text, bytes.size());
-      if (is_new) {
-        for (const char c : text) bytes.U8(static_cast<uint8_t>(c));
-      }
+      if (is_new) bytes.Append(text);
       return it->second;
     }
     // A name's record; longer ones are cut, as the image has one byte for their size.
-    void Put(Bytes* out, const std::string& text) {
+    void Put(ImageBytes* out, const std::string& text) {
       const std::string name = text.substr(0, 255);
       out->U16(OffsetOf(name));
       out->U8(name.size());
@@ -79,7 +58,7 @@ class Writer {
   };
 
   // Sections in the order of vm::image::Section, which is also their order in the image.
-  Bytes& section(Section which) { return sections_[static_cast<int>(which)]; }
+  ImageBytes& section(Section which) { return sections_[static_cast<int>(which)]; }
 
   void WriteKeywords() {
     // Keywords are stored by name, and each module binds them to its own parts.
@@ -92,24 +71,16 @@ class Writer {
 
   // A constant is its type and its 32 bits.
   void WriteConstants() {
-    for (const auto& [type, bits] : constants_) {
+    for (const auto& [type, bits] : constants_.all()) {
       section(Section::kConstants).U8(type);
       if (type == vm::ValueType::kText) {
-        section(Section::kConstants).U16(strings_.OffsetOf(code_.texts[bits]));
-        section(Section::kConstants).U16(code_.texts[bits].size());
+        const std::string& text = code_.texts.all()[bits];
+        section(Section::kConstants).U16(strings_.OffsetOf(text));
+        section(Section::kConstants).U16(text.size());
       } else {
         section(Section::kConstants).U32(bits);
       }
     }
-  }
-
-  // The number of a constant of this value, which is added if there is none.
-  size_t ConstantOf(vm::ValueType type, uint32_t bits) {
-    const std::pair<vm::ValueType, uint32_t> wanted{type, bits};
-    const auto found = std::ranges::find(constants_, wanted);
-    const auto index = static_cast<size_t>(found - constants_.begin());
-    if (found == constants_.end()) constants_.push_back(wanted);
-    return index;
   }
 
   void WriteFunction(size_t i) {
@@ -117,7 +88,7 @@ class Writer {
     const Routine& routine = model_.routines[i];
     const FunctionCode& function = code_.functions[i];
     const size_t code_begin = section(Section::kCode).size();
-    Bytes& out = section(Section::kFunctions);
+    ImageBytes& out = section(Section::kFunctions);
     out.U16(code_begin);
     out.U8(routine.role);
     out.U16(static_cast<size_t>(ValueTypeOf(routine.result)) |
@@ -130,7 +101,7 @@ class Writer {
     // A function counts from its own beginning, the image from that of all code.
     for (const JoinCode& join : function.joins) {
       section(Section::kJoins).U16(code_begin + join.offset);
-      section(Section::kJoins).U16(StateOf(join));
+      section(Section::kJoins).U16(states_.NumberOf({join.set_locals, join.stack_types}));
       ++num_joins_;
     }
     for (const LineCode& line : function.lines) {
@@ -150,20 +121,9 @@ class Writer {
     return place;
   }
 
-  // What holds at a join; joins where the same holds share it.
-  size_t StateOf(const JoinCode& join) {
-    const auto [it, is_new] =
-        states_.emplace(std::pair(join.set_locals, join.stack_types), states_.size());
-    if (is_new) {
-      section(Section::kStates).U16(join.set_locals);
-      section(Section::kStates).U32(join.stack_types);
-    }
-    return it->second;
-  }
-
   void WriteRole(const RoleModel& role) {
     // First how many of each kind of member, then the members, so that a reader knows the size.
-    Bytes& out = section(Section::kRoles);
+    ImageBytes& out = section(Section::kRoles);
     strings_.Put(&out, role.name);
     out.U8(role.parent < 0 ? int{vm::image::kNoParent} : role.parent);
     out.U8(role.depth | (role.role->abstract_role ? vm::image::kAbstractBit : 0));
@@ -175,7 +135,7 @@ class Writer {
     // Each table in the order of its slots, which the code refers to.
     for (const FieldSlot& slot : role.fields) {
       const FieldDecl& decl = model_.fields[slot.decl];
-      out.U16(ConstantOf(ValueTypeOf(decl.type), slot.cell.bits) |
+      out.U16(constants_.NumberOf({ValueTypeOf(decl.type), slot.cell.bits}) |
               (decl.shared ? vm::image::kSharedFieldBit : 0));
       field_names_.push_back(decl.name);
     }
@@ -198,8 +158,9 @@ class Writer {
 
   // What people want to know of the program and modules need not.
   std::vector<uint8_t> WriteNotes(const std::string& source_name) {
+    // The notes have strings of their own, so that modules need not hold them.
     Strings strings;
-    Bytes source, names;
+    ImageBytes source, names;
     strings.Put(&source, source_name);
     for (const Routine& routine : model_.routines) strings.Put(&names, routine.name);
     for (const std::string& name : field_names_) strings.Put(&names, name);
@@ -209,13 +170,13 @@ class Writer {
       num_locals += routine.local_names.size();
     }
     too_large_ = too_large_ || strings.bytes.size() > 0xffff || lines_.size() / 4 > 0xffff;
-    Bytes notes;
+    ImageBytes notes;
     notes.U32(vm::image::kNotesMagic);
     notes.U16(strings.bytes.size());
     notes.U16(field_names_.size());
     notes.U16(num_locals);
     notes.U16(lines_.size() / vm::image::kLineBytes);
-    for (const Bytes* part : {&source, &strings.bytes, &names, &lines_}) {
+    for (const ImageBytes* part : {&source, &strings.bytes, &names, &lines_}) {
       notes.Append(part->bytes());
     }
     return notes.bytes();
@@ -223,35 +184,27 @@ class Writer {
 
   std::vector<uint8_t> Assemble(const std::vector<uint8_t>& notes) {
     // The sizes and the hash are known at the end only, and are patched in then.
-    Bytes image;
+    ImageBytes image;
     image.U32(vm::image::kMagic);
     image.U16(vm::image::kVersion);
     image.U16(vm::image::kDefaultSettleTicks);
     image.U32(0);  // Size, below.
     image.U32(vm::image::kDefaultBudget);
-    image.U32(0);  // Hash, below.
-    image.U32(0);
-    const uint64_t notes_hash =
-        vm::image::HashOfNotes(notes.data(), static_cast<uint32_t>(notes.size()));
-    image.U32(notes_hash & 0xffffffff);
-    image.U32(notes_hash >> 32);
+    image.U64(0);  // Hash, below.
+    image.U64(vm::image::HashOfNotes(notes.data(), static_cast<uint32_t>(notes.size())));
     for (int i = 0; i < vm::image::kNumSections; ++i) {
       const size_t count = CountOf(static_cast<Section>(i));
       too_large_ = too_large_ || count > 0xffff;
       image.U16(count);
     }
-    for (const Bytes& part : sections_) image.Append(part.bytes());
+    for (const ImageBytes& part : sections_) image.Append(part.bytes());
     if (too_large_ || image.size() + notes.size() > vm::kMaxImageBytes) return {};
-    std::vector<uint8_t> bytes = image.bytes();
     // The hash covers all bytes but its own, so it comes last.
-    const auto patch = [&bytes](size_t at, uint64_t value, size_t count) {
-      for (size_t i = 0; i < count; ++i) bytes[at + i] = static_cast<uint8_t>(value >> (8 * i));
-    };
-    patch(vm::image::kSizeAt, bytes.size(), 4);
-    patch(vm::image::kHashAt, vm::image::HashOf(bytes.data(), static_cast<uint32_t>(bytes.size())),
-          8);
-    bytes.insert(bytes.end(), notes.begin(), notes.end());
-    return bytes;
+    image.Patch(vm::image::kSizeAt, image.size(), 4);
+    image.Patch(vm::image::kHashAt,
+                vm::image::HashOf(image.bytes().data(), static_cast<uint32_t>(image.size())), 8);
+    image.Append(notes);
+    return image.bytes();
   }
 
   // Records of a section, or its bytes where it has no records of one size.
@@ -260,13 +213,13 @@ class Writer {
       case Section::kKeywords:
         return model_.keywords.size();
       case Section::kConstants:
-        return constants_.size();
+        return constants_.all().size();
       case Section::kFunctions:
         return model_.routines.size();
       case Section::kRoles:
         return model_.roles.size();
       case Section::kStates:
-        return states_.size();
+        return states_.all().size();
       case Section::kJoins:
         return num_joins_;
       default:
@@ -277,16 +230,16 @@ class Writer {
   const keywords::KeywordTable& keywords_;
   const ProgramModel& model_;
   const ProgramCode& code_;
-  Bytes sections_[vm::image::kNumSections];
+  ImageBytes sections_[vm::image::kNumSections];
   Strings strings_;
   /// Those of the code, and what fields begin with.
-  std::vector<std::pair<vm::ValueType, uint32_t>> constants_;
-  /// The states of joins, numbered as they came.
-  std::map<std::pair<uint16_t, uint32_t>, size_t> states_;
+  Numbered<std::pair<vm::ValueType, uint32_t>> constants_;
+  /// The states of joins: the locals that are set, and the types on the stack.
+  Numbered<std::pair<uint16_t, uint32_t>> states_;
   size_t num_joins_ = 0;
   // For the notes.
   std::vector<std::string> field_names_;
-  Bytes lines_;
+  ImageBytes lines_;
   /// True if a count does not fit the header.
   bool too_large_ = false;
 };

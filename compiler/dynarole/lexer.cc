@@ -58,6 +58,7 @@ class Lexer {
   }
   // No name or number that a person writes is longer; messages would be.
   void Add(TokenKind kind, size_t begin) {
+    // A longer one is taken all the same, so that nothing else is said of it.
     if (at_ - begin > 100) diagnostics_.Error({file_, begin, at_}, "name or number is too long");
     tokens_.push_back({kind, {file_, begin, at_}});
   }
@@ -198,7 +199,7 @@ class Lexer {
     }
     ++at_;
     // A whole UTF-8 sequence is one character to the reader.
-    while ((static_cast<unsigned char>(Peek()) & 0xc0u) == 0x80u) ++at_;
+    while (ContinuesCharacter(Peek())) ++at_;
     const std::string_view sequence = text_.substr(begin, at_ - begin);
     if (!IsUtf8(sequence)) return;  // Reported for the whole file.
     // Control characters are not shown, as they could do harm to a terminal.

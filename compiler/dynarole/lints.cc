@@ -110,6 +110,7 @@ class Linter {
 
   // Ints that are known and leave no remainder divide as they seem to.
   bool WarnOfDivision(const Expr& expr, bool becomes_float) {
+    // Values that nobody knows yet are judged by what is made of the quotient.
     const FoldResult a = Fold(*expr.operands[0]);
     const FoldResult b = Fold(*expr.operands[1]);
     const bool known = a.value && b.value && a.value->type == Type::kInt &&
@@ -197,6 +198,7 @@ class Linter {
 
   void CollectDemands(const Expr& expr, const RoleModel& role, const FieldValues* fields,
                       std::vector<Demand>* demands) {
+    // Only a comparison says what a value has to be.
     if (expr.kind != ExprKind::kBinary) return;
     // Both sides of `&&` demand what they demand; `||` demands nothing for certain.
     if (expr.op == Operator::kAnd) {
@@ -220,6 +222,7 @@ class Linter {
   bool TextOf(const Expr& expr, const FieldValues* fields, std::string* text) {
     // Constants with their bits, sizes as their sets, parts by number, questions by name and
     // arguments.
+    // Two requirements ask the same question if these texts are equal.
     const FoldResult folded = Fold(expr, fields);
     if (folded.value) {
       *text += "#" + std::to_string(folded.value->cell.bits);
@@ -291,6 +294,7 @@ class Linter {
       for (const NamedSlot& slot : *slots) visit(slot.routine);
     }
     if (types != 0) return;
+    // Every type lacks some part, though each part may be there in another.
     NeverTaken(role).hint =
         "no module type given has all the links, joints and connectors that it names";
   }

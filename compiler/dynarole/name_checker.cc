@@ -21,6 +21,8 @@ Type NameChecker::InferName(Expr* expr) {
     expr->meaning = Meaning::kField;
     expr->index = slot;
     FieldDecl& decl = model_.fields[owner.fields[slot].decl];
+    // Values of other fields do not count as readers: a field that only they use is of no use
+    // itself.
     if (scope_.routine() != nullptr) decl.read = true;
     return decl.type;
   }
@@ -35,6 +37,7 @@ Type NameChecker::InferName(Expr* expr) {
     expr->meaning = Meaning::kLabel;
     expr->index = label;
     const Routine& routine = model_.routines[owner.labels[label].routine];
+    // Labels are checked in their turn, and this one may come later in the pass.
     return routine.result == Type::kVoid ? Type::kUnknown : routine.result;
   }
   // Constants of the role cannot share a name with the above; those outside all stand behind them.
@@ -92,6 +95,7 @@ Type NameChecker::UnknownName(const Expr& expr) {
     error.notes.push_back({model_.fields[role.fields[slot].decl].span, "declared here"});
     return Type::kError;
   }
+  // Last, a slip in any name that may stand here.
   std::vector<std::string> names = scope_.Names();
   for (const NamedSlot& slot : owner.labels) names.push_back(slot.name);
   pass_.Suggest(&error, expr.name, names);
@@ -99,6 +103,7 @@ Type NameChecker::UnknownName(const Expr& expr) {
 }
 
 Type NameChecker::InferDollar(Expr* expr) {
+  // Directions come first, so that no role or part can take their names.
   expr->meaning = Meaning::kConstant;
   if (const NamedDirection* constant = FindDirection(expr->name)) {
     expr->cell = vm::Cell::Int(constant->value);
@@ -110,6 +115,7 @@ Type NameChecker::InferDollar(Expr* expr) {
     expr->cell = vm::Cell::Int(role);
     return Type::kRole;
   }
+  // A part of the module is not known before a module binds its keyword.
   expr->meaning = Meaning::kNone;
   for (const vm::KeywordKind kind :
        {vm::KeywordKind::kLink, vm::KeywordKind::kJoint, vm::KeywordKind::kConnector}) {

@@ -34,6 +34,7 @@ class Walk {
   }
 
   void Visit(const Stmt& statement) {
+    // A variable counts as one in the whole member, also before its statement.
     if (statement.kind == StmtKind::kVar) declared_.insert(statement.name);
     if (statement.kind == StmtKind::kAssign) used_.push_back(statement.name);
     if (statement.expr != nullptr) Visit(*statement.expr);

@@ -10,6 +10,7 @@ Type OperatorChecker::InferUnary(Expr* expr) {
   Expr* operand = expr->operands[0].get();
   const Type type = operand->type;
   if (expr->op == Operator::kNot) {
+    // Numbers and sets are no bools here, as they are in C.
     conversions_.Want(operand, Type::kBool, "the operand of '!'");
     return Type::kBool;
   }
@@ -45,6 +46,7 @@ Type OperatorChecker::InferArithmetic(Expr* expr) {
   Expr* left = expr->operands[0].get();
   Expr* right = expr->operands[1].get();
   const bool direction = left->type == Type::kDirection || right->type == Type::kDirection;
+  // A sum is the one operator that directions have.
   if (direction && expr->op == Operator::kAdd) return InferDiagonal(expr);
   for (Expr* operand : {left, right}) {
     // Sets count in sums as they do in comparisons.
@@ -60,16 +62,19 @@ Type OperatorChecker::InferArithmetic(Expr* expr) {
   if (a == Type::kUnknown || b == Type::kUnknown) {
     return a == Type::kFloat || b == Type::kFloat ? Type::kFloat : Type::kUnknown;
   }
+  // An int beside a float is converted, and the result is a float.
   if (a != b) (a == Type::kFloat ? right : left)->wanted = Type::kFloat;
   return a == b ? a : Type::kFloat;
 }
 
 Type OperatorChecker::InferDiagonal(Expr* expr) {
   for (ExprPtr& operand : expr->operands) {
+    // A parameter beside a direction can be nothing else.
     if (operand->type == Type::kUnknown) conversions_.Hint(operand.get(), Type::kDirection);
     conversions_.Want(operand.get(), Type::kDirection, "the operands of '+' beside a direction");
     if (operand->type == Type::kError) return Type::kError;
   }
+  // Directions that are known now need not wait for the fault.
   if (Fold(*expr).fault == vm::FaultCode::kNotPerpendicular) {
     return pass_.Wrong(
         expr->span, "these directions are not square to each other",
@@ -119,6 +124,7 @@ Type OperatorChecker::InferComparison(Expr* expr) {
 }
 
 void OperatorChecker::CompareSizes(Expr* set, Expr* other) {
+  // The size is an int, and becomes a float beside one, as any int does.
   set->wanted = other->type == Type::kFloat ? Type::kFloat : Type::kInt;
   if (other->type == Type::kUnknown) conversions_.Hint(other, Type::kInt);
 }

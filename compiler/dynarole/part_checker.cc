@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "compiler/dynarole/builtins.h"
+#include "vm/image/image_texts.h"
 
 namespace morphbus::dynarole {
 
@@ -31,6 +32,7 @@ Type PartChecker::UseKeyword(Expr* expr, int keyword) {
     }
     it = used.insert(used.end(), keyword);
   }
+  // The number in the program is not that in the table: the image lists only what it uses.
   expr->meaning = Meaning::kKeyword;
   expr->index = static_cast<int>(it - used.begin());
   switch (entry.kind) {
@@ -44,10 +46,10 @@ Type PartChecker::UseKeyword(Expr* expr, int keyword) {
 }
 
 Type PartChecker::UseSensorKind(Expr* expr, const source::Span& span) {
-  const vm::Text kind = vm::kSensorKindNames[static_cast<int>(KindOf(expr->opcode))];
-  const int keyword =
-      keywords_.Find(vm::KeywordKind::kSensorKind, std::string(kind.data, kind.size));
+  const std::string kind = ToString(vm::kSensorKindNames[static_cast<int>(KindOf(expr->opcode))]);
+  const int keyword = keywords_.Find(vm::KeywordKind::kSensorKind, kind);
   if (keyword < 0) {
+    // No module could ever take the role.
     static constexpr const char* kWords[] = {"distance", "contact", "tilt"};
     const std::string word = kWords[static_cast<int>(KindOf(expr->opcode))];
     return pass_.Wrong(span, "no module type that was given has a " + word + " sensor",
@@ -68,18 +70,21 @@ Type PartChecker::InferOfSelf(Expr* member, Expr* call) {
        {vm::KeywordKind::kJoint, vm::KeywordKind::kConnector, vm::KeywordKind::kLink}) {
     const int keyword = keywords_.Find(kind, member->name);
     if (keyword < 0) continue;
+    // A part is a value and has nothing to be called with.
     if (call != nullptr) {
       return pass_.Wrong(member->name_span,
                          "'" + member->name + "' names a part and cannot be called");
     }
     return UseKeyword(member, keyword);
   }
+  // A sensor alone says nothing: it is what it measures that has a value.
   if (keywords_.Find(vm::KeywordKind::kSensor, member->name) >= 0) {
     return pass_.Wrong(member->name_span, "sensor " + member->name + " stands for no value",
                        "read it, as in self." + member->name + ".GET_DISTANCE()");
   }
   // Perhaps it is a field, which stands alone, or nearly a name that self has.
   Diagnostic& error = pass_.Error(member->name_span, "'self' has no '" + member->name + "'");
+  // Both what is built in and what the module types have may have been meant.
   std::vector<std::string> names = NamesOf(SelfBuiltins());
   for (const keywords::Keyword& keyword : keywords_.all()) {
     if (keyword.kind != vm::KeywordKind::kConnectorState &&
@@ -92,6 +97,7 @@ Type PartChecker::InferOfSelf(Expr* member, Expr* call) {
     error.hint = "fields are written without 'self.'";
     return Type::kError;
   }
+  // Functions of the language stand without self.
   if (const std::string usages = UsagesOf(FunctionBuiltins(), member->name); !usages.empty()) {
     error.hint = "did you mean '" + usages + "'?";
     return Type::kError;
@@ -115,6 +121,7 @@ Type PartChecker::InferOfSelf(Expr* member, Expr* call) {
 
 int PartChecker::FindSensor(const Expr& base) const {
   if (base.kind != ExprKind::kMember || base.operands[0]->kind != ExprKind::kSelf) return -1;
+  // Names of joints and connectors go before those of sensors.
   const bool part = keywords_.Find(vm::KeywordKind::kJoint, base.name) >= 0 ||
                     keywords_.Find(vm::KeywordKind::kConnector, base.name) >= 0;
   return part ? -1 : keywords_.Find(vm::KeywordKind::kSensor, base.name);
@@ -122,6 +129,7 @@ int PartChecker::FindSensor(const Expr& base) const {
 
 Type PartChecker::InferSensor(Expr* member, Expr* call, int keyword) {
   const keywords::Keyword& entry = keywords_.all()[keyword];
+  // What it measures in some module type is what it may be asked; the other forms are not offered.
   std::string usages;
   const Builtin* form = nullptr;
   for (size_t kind = 0; kind < SensorBuiltins().size(); ++kind) {
@@ -141,6 +149,7 @@ Type PartChecker::InferSensor(Expr* member, Expr* call, int keyword) {
   call->opcode = form->opcode;
   call->index = member->index;
   member->operands[0]->meaning = Meaning::kNone;
+  // To read is to act on nothing, but takes a sensor: the role needs it.
   scope_.Uses(form->opcode, member->name_span, member->name);
   return TypePushedBy(form->opcode);
 }
@@ -152,6 +161,7 @@ Type PartChecker::InferConnectorState(Expr* member, Expr* call) {
     names.push_back("SET_" + state);
     names.push_back("GET_" + state);
   }
+  // The four letters before the name of a state say what is done with it.
   const std::string verb = member->name.substr(0, 4);
   const bool sets = verb == "SET_";
   const std::string state = sets || verb == "GET_" ? member->name.substr(4) : "";
@@ -164,6 +174,7 @@ Type PartChecker::InferConnectorState(Expr* member, Expr* call) {
         "CONNECTED tells whether something is docked");
     return Type::kError;
   }
+  // To set takes the value, to get takes nothing.
   const keywords::Keyword& entry = keywords_.all()[keyword];
   if (call == nullptr || call->operands.size() != (sets ? 2 : 1)) {
     return pass_.Wrong(member->name_span,
@@ -178,6 +189,7 @@ Type PartChecker::InferConnectorState(Expr* member, Expr* call) {
     conversions_.Want(call->operands[1].get(), is_bool ? Type::kBool : Type::kInt,
                       "the argument of '" + member->name + "'");
   }
+  // The state becomes the operand of the instruction, and a module without it cannot take the role.
   UseKeyword(member, keyword);
   call->meaning = Meaning::kBuiltin;
   call->opcode = sets ? (is_bool ? vm::Opcode::kSetStateBool : vm::Opcode::kSetStateInt)

@@ -175,6 +175,7 @@ class Builder {
 
   // A constant of the role or above it has the member's name.
   bool IsConstant(int role, const Member& member) {
+    // One outside all roles is hidden by the member, which is allowed.
     const int constant = model_.FindConstant(role, member.name);
     if (constant < 0 || model_.constants[constant].role < 0) return false;
     diagnostics_
@@ -275,6 +276,7 @@ class Builder {
     // Of each event; timers are about nothing.
     constexpr Type kSubjects[] = {Type::kConnector, Type::kConnector, Type::kJoint, Type::kVoid};
     const Type subject = event < std::ssize(kSubjects) ? kSubjects[event] : Type::kVoid;
+    // A handler need not take it.
     if (member->parameters.empty()) return true;
     Parameter& first = member->parameters[0];
     if (subject == Type::kVoid || member->parameters.size() > 1) {
@@ -330,6 +332,7 @@ class Builder {
           model_.FindConstant(index, name) >= 0) {
         continue;
       }
+      // A name that is no field of all subroles either is left for the checker to report.
       const Member* declaration = model_.FieldOfSubroles(index, name, nullptr);
       if (declaration == nullptr) continue;
       role.fields.push_back({.decl = static_cast<int>(model_.fields.size())});

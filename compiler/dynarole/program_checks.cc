@@ -87,6 +87,7 @@ class CallGraph {
                           : "; at most " + std::to_string(vm::kMaxCallDepth) + " deep");
       return false;
     }
+    // What is known of a routine holds whoever calls it.
     if (height > 0) return true;
     // What a routine may do and how many frames it needs follows from all that it may call.
     path_.push_back(index);

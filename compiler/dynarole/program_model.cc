@@ -23,6 +23,7 @@ const Member* ProgramModel::FieldOfSubroles(int base, const std::string& name,
                                             const RoleModel** without) const {
   const Member* found = nullptr;
   for (int r = 0; r < std::ssize(roles); ++r) {
+    // Abstract roles are played by nobody, so that they need not have it.
     if (r == base || roles[r].role->abstract_role || !IsA(r, base)) continue;
     // In the role itself, or between it and the base.
     const Member* own = nullptr;
@@ -64,6 +65,7 @@ std::set<int> ProgramModel::CalleesOf(const Routine& routine) const {
     if (call.routine >= 0) callees.insert(call.routine);
     if (call.routine < 0) slots.insert(call.slot);
   }
+  // Code of a role runs under all its subroles, and under no other role.
   for (int role = 0; role < std::ssize(roles); ++role) {
     if (!IsA(role, routine.role)) continue;
     for (const int slot : slots) callees.insert(roles[role].methods[slot].routine);
@@ -78,6 +80,7 @@ bool ProgramModel::IsA(int role, int ancestor) const {
 }
 
 int FindSlot(const std::vector<NamedSlot>& slots, const std::string& name) {
+  // Names are unique in a table.
   return IndexOf(slots, [&](const NamedSlot& slot) { return slot.name == name; });
 }
 

@@ -17,6 +17,7 @@ void Scope::EnterRoutine(int index) {
   locals_.clear();
   routine.locals.clear();
   routine.local_names.clear();
+  // What the routine calls is added when the whole program has been checked.
   routine.effect = vm::Effect::kPure;
 }
 
@@ -35,6 +36,7 @@ bool Scope::InTask() const {
 // Instructions that act cannot stand in requirements and labels, which are evaluated at any time.
 void Scope::Uses(vm::Opcode opcode, const Span& span, const std::string& name) {
   // A field's value has no routine, and is refused elsewhere.
+  // The strongest effect of all instructions is that of the routine.
   const vm::Effect effect = vm::InfoOf(opcode).effect;
   if (routine_ == nullptr) return;
   routine_->effect = std::max(routine_->effect, effect);
@@ -85,6 +87,7 @@ void Scope::Close(size_t size) {
       pass_.Warning(locals_[i].span, "variable '" + locals_[i].name + "' is never used");
     }
   }
+  // Their slots stay taken, so that a later variable of the same name gets another.
   locals_.resize(std::min(size, locals_.size()));
 }
 
@@ -94,6 +97,7 @@ std::vector<std::string> Scope::Names() const {
   for (const FieldSlot& slot : role().fields) {
     names.push_back(model_.fields[slot.decl].name);
   }
+  // Constants of other roles mean nothing here.
   for (const ConstantModel& constant : model_.constants) {
     if (constant.role < 0 || model_.IsA(role_, constant.role)) names.push_back(constant.name);
   }

@@ -13,6 +13,7 @@ namespace {
 
 // True if the expression is a loop's condition that never fails.
 bool IsAlwaysTrue(const Expr& condition) {
+  // What rests on a field or variable may change while the program runs, and is not folded.
   const FoldResult folded = Fold(condition);
   return folded.value && folded.value->type == Type::kBool && folded.value->cell.AsBool();
 }
@@ -28,6 +29,7 @@ bool Breaks(const Stmt& statement) {
 }  // namespace
 
 void StatementChecker::CheckBlock(Stmt* block) {
+  // The names of the block end with it; those around it stay.
   const size_t scope = scope_.num_locals();
   bool warned = false;
   for (size_t i = 0; i < block->body.size(); ++i) {
@@ -78,6 +80,7 @@ void StatementChecker::CheckStatement(Stmt* statement) {
     case StmtKind::kContinue:
       CheckLeave(*statement);
       break;
+    // It has been reported where it was parsed.
     case StmtKind::kError:
       break;
   }
@@ -95,6 +98,7 @@ void StatementChecker::CheckFor(Stmt* statement) {
   CheckStatement(statement->body[0].get());
   CheckCondition(statement->expr.get(), "for");
   ++loops_;
+  // The step is checked behind the body, as it runs behind it; neither sees the names of the other.
   CheckScoped(statement->body[2].get());
   --loops_;
   CheckStatement(statement->body[1].get());
@@ -103,12 +107,14 @@ void StatementChecker::CheckFor(Stmt* statement) {
 
 void StatementChecker::CheckLeave(const Stmt& statement) {
   if (loops_ > 0) return;
+  // The generator would have no place to jump to.
   const std::string word = statement.kind == StmtKind::kBreak ? "break" : "continue";
   pass_.Error(statement.span, "'" + word + "' stands outside all loops").hint =
       "it leaves a 'while' or 'for' that is around it; to leave the function write 'return;'";
 }
 
 void StatementChecker::CheckCondition(Expr* condition, const char* word) {
+  // A `for` without a condition goes on until it is left.
   if (condition == nullptr) return;
   expressions_.InferAs(condition, Type::kBool, std::string("the condition of '") + word + "'");
 }
@@ -132,6 +138,7 @@ void StatementChecker::CheckExprStatement(Stmt* statement) {
 }
 
 void StatementChecker::CheckVar(Stmt* statement) {
+  // The parser has said that the first value is missing.
   if (statement->expr == nullptr) return;
   // The first value gives the variable its type for good.
   Type type = expressions_.Infer(statement->expr.get());
@@ -145,6 +152,7 @@ void StatementChecker::CheckVar(Stmt* statement) {
   if (type == Type::kUnknown && pass_.is_final() && !pass_.had_errors()) {
     pass_.Error(statement->name_span, "cannot tell the type of '" + statement->name + "'");
   }
+  // The value itself is converted too: a $ANY that stands alone becomes a direction.
   expressions_.conversions().Want(statement->expr.get(), type,
                                   "the variable '" + statement->name + "'");
   statement->meaning = Meaning::kLocal;
@@ -154,6 +162,7 @@ void StatementChecker::CheckVar(Stmt* statement) {
 
 void StatementChecker::CheckAssign(Stmt* statement) {
   Expr* value = statement->expr.get();
+  // The value comes first, since its type may tell that of a parameter.
   if (!FindTarget(statement, expressions_.Infer(value))) {
     UnknownTarget(*statement);
     return;
@@ -166,12 +175,15 @@ void StatementChecker::CheckAssign(Stmt* statement) {
                                           statement->name + "' is " + NameOf(target));
     return;
   }
+  // The target keeps its type, whatever the value is: an int becomes a float, and never the other
+  // way.
   expressions_.conversions().Want(value, target, "'" + statement->name + "'");
 }
 
 bool StatementChecker::FindTarget(Stmt* statement, Type type) {
   Routine& routine = *scope_.routine();
   statement->type = Type::kError;
+  // Variables and parameters hide fields, as where names are read.
   if (const Local* local = scope_.FindLocal(statement->name)) {
     statement->meaning = Meaning::kLocal;
     statement->index = local->slot;
@@ -184,15 +196,18 @@ bool StatementChecker::FindTarget(Stmt* statement, Type type) {
   }
   const RoleModel& owner = scope_.role();
   const int slot = model_.FindField(owner, statement->name);
+  // Constants and labels are known names, too, but nothing can be assigned to them.
   if (slot < 0) return false;
   statement->meaning = Meaning::kField;
   statement->index = slot;
   statement->type = model_.fields[owner.fields[slot].decl].type;
+  // To set a field is to act: requirements and labels may not.
   routine.effect = std::max(routine.effect, vm::Effect::kTask);
   return true;
 }
 
 void StatementChecker::UnknownTarget(const Stmt& statement) {
+  // The name may be one that stands for a value which nothing changes.
   const int constant = model_.FindConstant(scope_.role_index(), statement.name);
   if (constant >= 0) {
     pass_.Error(statement.name_span, "constant '" + statement.name + "' cannot be assigned to")
@@ -204,6 +219,7 @@ void StatementChecker::UnknownTarget(const Stmt& statement) {
     pass_.Error(statement.name_span, "label '" + statement.name + "' cannot be assigned to");
     return;
   }
+  // What a role inherits from one that does not exist is not known.
   if (owner.broken) return;
   pass_.Suggest(
       &pass_.Error(statement.name_span, "unknown variable or field '" + statement.name + "'"),
@@ -246,6 +262,7 @@ void StatementChecker::CheckReturn(Stmt* statement) {
     }
     return;
   }
+  // All types are settled by now, so that a value which does not fit is an error.
   expressions_.conversions().Want(statement->expr.get(), signature.result, "the function's result");
 }
 
@@ -263,6 +280,7 @@ bool StatementChecker::AlwaysReturns(const Stmt& statement) {
       }
       return false;
     case StmtKind::kIf:
+      // Without an else there is a way past the branch.
       return statement.body.size() == 2 && AlwaysReturns(*statement.body[0]) &&
              AlwaysReturns(*statement.body[1]);
     case StmtKind::kWhile:

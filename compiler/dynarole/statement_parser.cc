@@ -97,6 +97,7 @@ void StatementParser::SkipStatement() {
       return;
     }
     if (in_.AtMember()) return;
+    // The end of the statement, of its block, or neither.
     const TokenKind kind = in_.Take().kind;
     if (kind == TokenKind::kSemicolon && depth == 0) return;
     if (kind == TokenKind::kLeftBrace) ++depth;
@@ -191,6 +192,7 @@ StmtPtr StatementParser::ParseVar() {
     return statement;
   }
   in_.Take();
+  // Any expression will do; which type it has is for the checker to find.
   statement->expr = expressions_.Parse();
   in_.ExpectSemicolon("the variable '" + statement->name + "'");
   return statement;
@@ -198,6 +200,7 @@ StmtPtr StatementParser::ParseVar() {
 
 ExprPtr StatementParser::ParseCondition(const char* word) {
   // A condition stands in parentheses.
+  // A parenthesis that is missing is shown where it was opened.
   const Span opening = in_.Peek().span;
   if (!in_.Expect(TokenKind::kLeftParen, std::string("after '") + word + "'")) return nullptr;
   ExprPtr condition = expressions_.Parse();
@@ -233,6 +236,8 @@ StmtPtr StatementParser::ParseFor() {
   const Span opening = in_.Peek().span;
   if (!in_.Expect(TokenKind::kLeftParen, "after 'for'")) return NewStatement(StmtKind::kError);
   // What comes first ends with its semicolon, as any statement does.
+  // An empty block stands for a part that is missing, so that the loop has its three parts in any
+  // case.
   StmtPtr first = NewStatement(StmtKind::kBlock);
   if (in_.Is(TokenKind::kVar)) {
     first = ParseVar();
@@ -301,6 +306,7 @@ StmtPtr StatementParser::ParseAssignment() {
 }
 
 bool StatementParser::ReportForeignStatement(const Token& first) {
+  // Words of other languages are names in this one.
   if (first.kind != TokenKind::kName) return false;
   const std::string word = in_.TextOf(first);
   for (const ForeignStatement& foreign : kForeignStatements) {
@@ -313,6 +319,7 @@ bool StatementParser::ReportForeignStatement(const Token& first) {
 
 StmtPtr StatementParser::ParseExpressionStatement() {
   StmtPtr statement = NewStatement(StmtKind::kExpr);
+  // A statement that is only an expression is a call, or a word that was misspelt.
   const Token first = in_.Peek();
   statement->expr = expressions_.Parse();
   // `retrun;`, `retrun 1;`, `whlie (x) {`: say so if the first name is nearly a word.

@@ -8,6 +8,7 @@
 #include "compiler/base/check.h"
 #include "compiler/emit/kinematics.h"
 #include "compiler/emit/shipped_sources.h"
+#include "vm/image/image_texts.h"
 #include "vm/image/kinematics_verifier.h"
 
 namespace morphbus::emit {
@@ -22,9 +23,6 @@ std::string Braced(std::initializer_list<double> values) {
 
 std::string Braced(const vm::Vec3& v) { return Braced({v.x, v.y, v.z}); }
 std::string Braced(const Eigen::Vector3d& v) { return Braced({v.x(), v.y(), v.z()}); }
-
-// Texts of an image have no terminating zero.
-std::string ToString(const vm::Text& text) { return {text.data, text.size}; }
 
 // Writes the tables of vm/image/kinematics_c.h as initialised constants.
 class Writer {

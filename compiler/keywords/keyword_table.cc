@@ -2,6 +2,8 @@
 
 #include <variant>
 
+#include "vm/image/image_texts.h"
+
 namespace morphbus::keywords {
 
 namespace {
@@ -45,8 +47,7 @@ Result<KeywordTable> KeywordTable::Of(const std::vector<ModuleKeywords>& types) 
     for (const SensorKeyword& sensor : type.sensors) {
       const auto kind = static_cast<int>(sensor.type);
       table.Add(number, vm::KeywordKind::kSensor, sensor.keyword).measures |= 1u << kind;
-      const vm::Text name = vm::kSensorKindNames[kind];
-      table.Add(number, vm::KeywordKind::kSensorKind, std::string(name.data, name.size));
+      table.Add(number, vm::KeywordKind::kSensorKind, ToString(vm::kSensorKindNames[kind]));
     }
     ++number;
   }

@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "compiler/base/utf8.h"
 #include "compiler/keywords/xml_text.h"
 
 namespace morphbus::keywords {
@@ -16,7 +17,7 @@ namespace {
 
 // A module type has some dozens of parts; larger files are no keywords.
 constexpr size_t kMaxXmlBytes = size_t{1} << 20;
-constexpr std::ptrdiff_t kMaxName = 255;  // Characters, as the schema counts.
+constexpr size_t kMaxName = 255;  // Characters, as the schema counts.
 constexpr int kVersion = 1;
 
 template <typename T>
@@ -171,9 +172,7 @@ class Reader {
   std::string Name(const pugi::xml_node& node) {
     // The length is counted in characters, as the schema does, not in bytes.
     std::string name = Required(node, "name");
-    // A character of UTF-8 is counted by its first byte; the others have the bits 10 in front.
-    const auto begins = [](char c) { return (static_cast<unsigned char>(c) & 0xc0u) != 0x80u; };
-    if (name.empty() || std::count_if(name.begin(), name.end(), begins) > kMaxName) {
+    if (name.empty() || CountCharacters(name) > kMaxName) {
       Bad(node, "name is empty or too long");
     }
     return name;
@@ -260,6 +259,7 @@ class Reader {
 
   template <typename T>
   void CheckClashes(const pugi::xml_node& node, const std::vector<T>& items) {
+    // Parts of one kind share a space of names, parts of two kinds do not.
     std::set<std::string_view> seen;
     for (const T& item : items) {
       if (!seen.insert(item.keyword).second) {

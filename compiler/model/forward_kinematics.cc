@@ -77,17 +77,11 @@ KinematicState ForwardKinematics(const Model& model, const Robot& robot, const J
     state.X_RL.emplace_back(first, first + static_cast<std::ptrdiff_t>(links));
   }
   state.num_loops = static_cast<int>(tree.loops().size());
-  // How far the loops fail to close, and which docking does worst; metres and radians are compared
-  // as they stand.
-  double worst = -1.0;
+  // How far the loops fail to close.
   for (const KinematicTree::Loop& loop : tree.loops()) {
     const auto [gap_m, gap_rad] = KinematicTree::Gap(loop, flat_q.data(), flat.data());
     state.closure_m = std::max(state.closure_m, gap_m);
     state.closure_rad = std::max(state.closure_rad, gap_rad);
-    if (std::max(gap_m, gap_rad) > worst) {
-      worst = std::max(gap_m, gap_rad);
-      state.worst_docking = loop.docking;
-    }
   }
   return state;
 }

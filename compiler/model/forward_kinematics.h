@@ -29,8 +29,6 @@ struct KinematicState {
   double closure_rad = 0.0;
   /// Independent loops of the assembly, closed by a docking or by a joint.
   int num_loops = 0;
-  /// Index into Robot::dockings of the worst loop-closing docking, -1 if there is none.
-  int worst_docking = -1;
 };
 
 /// All link poses at joint values `q`. `q` must have the robot's shape (checked).

@@ -24,18 +24,15 @@ Colors MakeColors(bool color) {
   return {"\033[1m", "\033[1;31m", "\033[1;35m", "\033[1;36m", "\033[1;32m", "\033[0m"};
 }
 
-/// True for the second and later bytes of a UTF-8 character.
-bool IsContinuation(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
-
 /// The byte at `i` of a line as it can go to a terminal: control characters and what is not UTF-8
 /// would upset it; a tab is kept so that the caret stays aligned. Columns count no stray
 /// continuation bytes, so none is shown.
 std::string_view Shown(std::string_view line, size_t i) {
   const auto byte = static_cast<unsigned char>(line[i]);
   if (byte < 0x80) return (byte < 0x20 && byte != '\t') || byte == 0x7F ? "?" : line.substr(i, 1);
-  if (!IsContinuation(line[i])) return Utf8Length(line, i) > 0 ? line.substr(i, 1) : "?";
+  if (!ContinuesCharacter(line[i])) return Utf8Length(line, i) > 0 ? line.substr(i, 1) : "?";
   for (size_t back = 1; back <= 3 && back <= i; ++back) {
-    if (IsContinuation(line[i - back])) continue;
+    if (ContinuesCharacter(line[i - back])) continue;
     return Utf8Length(line, i - back) > back ? line.substr(i, 1) : "";
   }
   return "";
@@ -61,8 +58,8 @@ std::string Excerpt(const Span& span, const SourceSet& sources, const Colors& co
   size_t from = at > kExcerptBytes / 2 ? at - kExcerptBytes / 2 : 0;
   if (line.size() <= kExcerptBytes) from = 0;
   size_t to = std::min(line.size(), from + kExcerptBytes);
-  while (from > 0 && IsContinuation(line[from])) --from;
-  while (to < line.size() && IsContinuation(line[to])) ++to;
+  while (from > 0 && ContinuesCharacter(line[from])) --from;
+  while (to < line.size() && ContinuesCharacter(line[to])) ++to;
 
   // The caret line copies tabs, so that it stays aligned under the text.
   std::string text = from > 0 ? "..." : "";
@@ -70,13 +67,13 @@ std::string Excerpt(const Span& span, const SourceSet& sources, const Colors& co
   for (size_t i = from; i < to; ++i) {
     const char c = line[i];
     text += Shown(line, i);
-    if (i < at && !IsContinuation(c)) caret += c == '\t' ? '\t' : ' ';
+    if (i < at && !ContinuesCharacter(c)) caret += c == '\t' ? '\t' : ' ';
   }
   if (to < line.size()) text += "...";
   // Carets are counted in characters, not in bytes.
   size_t width = 0;
   const size_t end = std::min(to, at + (span.end > span.begin ? span.end - span.begin : 0));
-  for (size_t i = at; i < end; ++i) width += IsContinuation(line[i]) ? 0 : 1;
+  for (size_t i = at; i < end; ++i) width += ContinuesCharacter(line[i]) ? 0 : 1;
   const std::string marks = "^" + std::string(width > 1 ? width - 1 : 0, '~');
   return "  " + text + "\n  " + caret + colors.green + marks + colors.reset + "\n";
 }
@@ -102,6 +99,7 @@ void RenderOne(const Diagnostic& d, const SourceSet& sources, const Colors& colo
 
 /// Optimal string alignment distance: insertions, deletions, replacements and swaps of neighbours.
 size_t EditDistance(const std::string& a, const std::string& b) {
+  // Only three rows of the table are ever needed, of which the oldest is for swaps.
   std::vector<size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   std::iota(last.begin(), last.end(), size_t{0});
   for (size_t i = 1; i <= a.size(); ++i) {

@@ -3,16 +3,13 @@
 #include <algorithm>
 
 #include "compiler/base/read_file.h"
+#include "compiler/base/utf8.h"
 
 namespace morphbus::source {
 namespace {
 
 // Sizes are bounded, so that a file named by mistake does not fill the memory.
 constexpr size_t kMaxFileBytes = size_t{64} << 20;
-
-/// True for every byte but the continuation bytes of UTF-8, so that counting them counts
-/// characters.
-bool StartsCharacter(char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }
 
 }  // namespace
 
@@ -34,6 +31,7 @@ int SourceSet::AddText(std::string name, std::string text) {
 }
 
 Result<int> SourceSet::AddFile(const std::string& path) {
+  // Files and texts from elsewhere are alike from here on.
   Result<std::string> text = ReadSourceFile(path);
   if (!text) return Fail(text.error().message);
   return AddText(path, std::move(*text));
@@ -63,11 +61,10 @@ LineColumn SourceSet::Locate(int file, size_t offset) const {
   const File& f = *files_[file];
   offset = std::min(offset, f.text.size());
   const int line = LineOf(file, offset);
-  // Columns are characters: continuation bytes do not count.
-  const auto begin = f.text.begin();
-  const auto characters =
-      std::count_if(begin + f.line_starts[line - 1], begin + offset, StartsCharacter);
-  return {line, 1 + static_cast<int>(characters)};
+  // Columns are characters, not bytes.
+  const size_t begin = f.line_starts[line - 1];
+  const std::string_view before = std::string_view(f.text).substr(begin, offset - begin);
+  return {line, 1 + static_cast<int>(CountCharacters(before))};
 }
 
 std::string_view SourceSet::LineAt(int file, size_t offset) const {

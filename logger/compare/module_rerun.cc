@@ -23,6 +23,7 @@
 #include "logger/compare/kinematic_tracks.h"
 #include "logger/log/event_log.h"
 #include "logger/log/run_log.h"
+#include "vm/image/image_texts.h"
 #include "vm/run/stepping.h"
 
 namespace morphbus::logger {
@@ -395,12 +396,10 @@ Result<CommandingCall> FindCommandingCall(const RunLog& log, int module, int joi
     if (computed.input.tick != tick || joint >= computed.kinematics.num_joints()) return;
     const vm::JointState& state = computed.state.joints[joint];
     if (state.function < 0) return;
-    const vm::Text name = computed.program.function_name(state.function);
-    const vm::Text source = computed.program.source_name();
-    call = CommandingCall{computed.program.hash(),
-                          {source.data, source.size},
-                          {name.data, name.size},
-                          computed.program.LineOf(state.function, state.pc)};
+    const vm::VerifiedProgram& program = computed.program;
+    call = CommandingCall{program.hash(), ToString(program.source_name()),
+                          ToString(program.function_name(state.function)),
+                          program.LineOf(state.function, state.pc)};
   };
   // A rerun that commands something else would name a line that has nothing to do with it.
   visitors.message = [&](const MessageAgain& message) {

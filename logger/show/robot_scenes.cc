@@ -7,9 +7,9 @@
 #include <set>
 
 #include "bridge/description/run_model.h"
-#include "bridge/module/program_roles.h"
 #include "compiler/base/base64.h"
 #include "logger/show/svg_plot.h"
+#include "vm/image/image_texts.h"
 
 namespace morphbus::logger {
 
@@ -20,7 +20,7 @@ RoleColors ColorsOf(const std::vector<const RunLog*>& logs) {
     // All roles that modules can play have a colour, in the program's order, whether one plays them
     // or not, so that two runs of it look alike.
     const bool has_names = log->described != nullptr && log->described->images_problem.empty();
-    colors.Add(has_names ? bridge::PlayableRoles(log->described->images.program()) : RolesIn(*log));
+    colors.Add(has_names ? vm::PlayableRoles(log->described->images.program()) : RolesIn(*log));
   }
   return colors;
 }

@@ -1,5 +1,6 @@
 #include "vm/image/image.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -193,7 +194,59 @@ TEST(OpcodeTableTest, JoinedJumpsAreAComparisonAndAJump) {
   }
 }
 
-// Requirements of the paper that its predecessor could not run: == 2, == 4, generic equality.
+/// The words of an operand's parts: "local, byte".
+std::string OperandWords(OperandKind kind) {
+  std::string text;
+  for (const OperandPart part : InfoOf(kind).parts) {
+    if (part == OperandPart::kNone) break;
+    text += (text.empty() ? "" : ", ") + std::string(kPartWords[static_cast<int>(part)].word);
+  }
+  return text.empty() ? "–" : text;
+}
+
+/// What a term of a signature stands for. The type of a part is called by the part: a local's.
+std::string TermWord(OperandKind operand, Term term) {
+  if (term.part() >= 0) {
+    const OperandPart named = InfoOf(operand).parts[term.part()];
+    return std::string(kPartWords[static_cast<int>(named)].word) + "'s";
+  }
+  switch (term.letter()) {
+#define LETTER(name, letter, word) \
+  case Letter::name:               \
+    return word;
+#include "vm/image/opcodes.def"
+#undef LETTER
+  }
+  return InfoOf(term.type()).word;
+}
+
+/// The words of a signature: "int, int".
+template <int kMost>
+std::string SignatureText(OperandKind operand, const Terms<kMost>& terms) {
+  std::string text;
+  for (const Term term : terms) text += (text.empty() ? "" : ", ") + TermWord(operand, term);
+  return text.empty() ? "–" : text;
+}
+
+/// The instruction set as the table of docs/vm.md, in Markdown.
+std::string InstructionTable() {
+  // In the order of Effect.
+  constexpr const char* kEffects[] = {"pure", "task", "wait"};
+  std::string out =
+      "| code | instruction | operand | pops | pushes | cost | effect | meaning |\n"
+      "|---|---|---|---|---|---|---|---|\n";
+  for (int i = 0; i < kNumOpcodes; ++i) {
+    const OpcodeInfo& info = kOpcodes[i];
+    out += fmt::format("| {:02x} | `{}` | {} | ", i, kOpcodeTexts[i].mnemonic,
+                       OperandWords(info.operand)) +
+           SignatureText(info.operand, info.pops) + " | " +
+           SignatureText(info.operand, info.pushes) +
+           fmt::format(" | {} | {} | {} |\n", info.cost, kEffects[static_cast<int>(info.effect)],
+                       kOpcodeTexts[i].meaning);
+  }
+  return out;
+}
+
 TEST(OpcodeTableTest, DocumentationHasTheTable) {
   const std::string docs = ReadFile("docs/vm.md");
   EXPECT_NE(docs.find(InstructionTable()), std::string::npos)

@@ -32,8 +32,7 @@ std::string SourceOfImage(const std::string& image) {
   // An image that the verifier refuses has no name that could be relied on.
   const Result<std::unique_ptr<vm::VerifiedProgram>> program = VerifyProgram(image);
   if (!program) return "";
-  const vm::Text name = (*program)->source_name();
-  return {name.data, name.size};
+  return ToString((*program)->source_name());
 }
 
 Json InspectionJson(const std::string& module, const model::ModuleType& type,

@@ -81,6 +81,4 @@ Result<uint64_t> KinematicsHash(const std::string& image) {
   return (*kinematics)->hash();
 }
 
-std::string ToString(const vm::Text& text) { return {text.data, text.size}; }
-
 }  // namespace morphbus::tools

@@ -9,6 +9,7 @@
 
 #include "compiler/keywords/module_keywords.h"
 #include "compiler/model/robot_model.h"
+#include "vm/image/image_texts.h"
 #include "vm/image/kinematics_image.h"
 #include "vm/image/pose.h"
 #include "vm/image/program.h"
@@ -36,8 +37,5 @@ Result<std::unique_ptr<vm::VerifiedProgram>> VerifyProgram(const std::string& im
 Result<std::unique_ptr<vm::VerifiedKinematics>> VerifyKinematicsImage(const std::string& image);
 /// The hash in a kinematics image. Fails for an image that is damaged.
 Result<uint64_t> KinematicsHash(const std::string& image);
-
-/// A Text of an image as a string.
-std::string ToString(const vm::Text& text);
 
 }  // namespace morphbus::tools

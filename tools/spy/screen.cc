@@ -8,6 +8,7 @@
 #include <map>
 
 #include "compiler/base/text.h"
+#include "compiler/base/utf8.h"
 
 namespace morphbus::tools {
 namespace {
@@ -16,13 +17,10 @@ namespace {
 constexpr std::array<const char*, 8> kBars = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
 constexpr std::string_view kAsciiBars = "_.-=+*%#";
 
-/// True for a byte that goes on with a character, rather than beginning one.
-bool Continues(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80; }
-
 /// The length of the character at `at`, in bytes.
 size_t CharacterAt(std::string_view text, size_t at) {
   size_t end = at + 1;
-  while (end < text.size() && Continues(text[end])) ++end;
+  while (end < text.size() && ContinuesCharacter(text[end])) ++end;
   return end - at;
 }
 
@@ -54,10 +52,7 @@ std::string Visible(std::string_view text) {
   return out;
 }
 
-int Cells(std::string_view text) {
-  return static_cast<int>(
-      std::count_if(text.begin(), text.end(), [](char c) { return !Continues(c); }));
-}
+int Cells(std::string_view text) { return static_cast<int>(CountCharacters(text)); }
 
 std::string FitCells(std::string_view text, int width, bool right) {
   if (width <= 0) return "";

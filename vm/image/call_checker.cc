@@ -14,6 +14,7 @@ bool CallChecker::CheckCalls() {
 
 // Depth is at most kMaxCallDepth, so this recursion is short.
 bool CallChecker::VisitFunction(int function, int depth) {
+  // What has been found of a function is found once, however many call it.
   Reach& reach = functions_[function];
   CodeFacts& facts = facts_[function];
   const FunctionInfo info = program_.function(function);
@@ -29,6 +30,7 @@ bool CallChecker::VisitFunction(int function, int depth) {
   bool calls = false;
   for (int slot = 0; slot < kMaxRoutines; ++slot) {
     if ((facts.methods_called >> slot & 1) == 0) continue;
+    // Whichever role is played, its function in the slot may be the one that runs.
     if (!VisitSlot(info.role, slot, depth + 1)) return false;
     Raise(&called, slots_[info.role][slot]);
     calls = true;
@@ -38,12 +40,15 @@ bool CallChecker::VisitFunction(int function, int depth) {
     if (!VisitFunction(callee, depth + 1)) return false;
     Raise(&called, functions_[callee]);
     calls = true;
+    // The function above is run as part of this one, so that its role needs those parts of a
+    // module, too.
     facts.keywords |= facts_[callee].keywords;
   }
   // The callee's frame begins at its arguments; counting them twice is simple and safe.
   const int cells = called.cells + info.num_locals + facts.max_stack;
   const int call_depth = calls ? called.call_depth + 1 : 0;
   if (call_depth >= kMaxCallDepth) return error_.Fail("calls nest too deep", info.code_begin);
+  // A task has a fixed stack, so that running code needs no check of it.
   if (cells > kStackCells) return error_.Fail("task needs too many cells", info.code_begin);
   reach.cells = static_cast<uint16_t>(cells & 0x7f);
   reach.call_depth = static_cast<uint16_t>(call_depth & 0xf);
@@ -88,6 +93,8 @@ void CallChecker::Raise(Reach* most, const Reach& reach) {
 }
 
 bool CallChecker::CheckEffects() {
+  // They are evaluated whenever the surroundings have changed, on modules that do not play the
+  // role.
   bool pure = true;
   const auto check = [&](int function) {
     pure = pure && functions_[function].effect == static_cast<uint8_t>(Effect::kPure);

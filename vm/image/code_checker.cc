@@ -8,6 +8,8 @@ namespace morphbus::vm {
 bool CodeChecker::Check(int index, CodeFacts* facts) {
   const FunctionInfo info = program_.function(index);
   OperandChecker operands(program_, tree_, joins_, info, facts);
+  // The instructions are gone through once and in their order: what holds at a join the image says,
+  // so that no loop needs a second pass.
   CodeState state = CodeState::AtBegin(info.num_arguments);
   bool reachable = true;
   const uint32_t end = info.code_begin + info.code_size;
@@ -55,6 +57,7 @@ bool CodeChecker::CheckAllJoinsMet() {
 // The table says what the instruction takes, leaves, and where it goes on.
 const char* CodeChecker::CheckInstruction(const FunctionInfo& function, const uint8_t* code,
                                           OperandChecker* operands, CodeState* state) const {
+  // Operands come first: some of them say what the instruction takes.
   const OpcodeInfo& info = kOpcodes[code[0]];
   NamedOperand named;
   if (const char* problem = operands->Check(info.operand, code + 1, state, &named)) return problem;
@@ -68,6 +71,7 @@ const char* CodeChecker::CheckInstruction(const FunctionInfo& function, const ui
   if (const char* problem = effect.Leave(state)) return problem;
   if (returns) return state->depth == 0 ? nullptr : Reason("values left on the stack at return");
   if (info.flow == Flow::kNext) return nullptr;
+  // The rest may jump, and must bring to the target what is stated there.
   if (const char* problem = joins_.ProblemOf(named.number, *state)) return problem;
   // What such an instruction pushes is there at the target only.
   if (info.flow == Flow::kKeep) state->depth -= info.pushes.size();

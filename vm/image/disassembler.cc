@@ -6,8 +6,10 @@
 #include <memory>
 
 #include "vm/image/image.h"
+#include "vm/image/image_texts.h"
 #include "vm/image/join_table.h"
 #include "vm/image/opcodes.h"
+#include "vm/image/print_line.h"
 #include "vm/image/verifier.h"
 
 namespace morphbus::vm {
@@ -16,9 +18,6 @@ namespace {
 
 using image::Section;
 using image::SectionOf;
-
-/// Texts of an image are not NUL-terminated.
-std::string Str(Text text) { return std::string(text.data, text.size); }
 
 // Words for what the image holds as numbers.
 const char* TypeName(ValueType type) { return InfoOf(type).word; }
@@ -38,23 +37,18 @@ const char* EventName(Event event) {
 /// A constant, a field's first value or an operand as it would stand in a program.
 std::string ValueText(const VerifiedProgram& program, ValueType type, Cell cell) {
   switch (type) {
-    case ValueType::kBool:
-      return cell.AsBool() ? "true" : "false";
     case ValueType::kFloat:
       return fmt::format("{:.9g}", static_cast<double>(cell.AsFloat()));
-    case ValueType::kDirection:
-      return kDirectionRows[cell.bits].name;
-    case ValueType::kAxis:
-      return kAxisRows[cell.bits].name;
     case ValueType::kRole:
-      return "$" + Str(program.role(cell.AsInt()).name);
+      return "$" + ToString(program.role(cell.AsInt()).name);
     case ValueType::kText: {
       const image::SectionRange strings = SectionOf(program.bytes(), Section::kStrings);
       const char* begin = reinterpret_cast<const char*>(program.bytes() + strings.begin);
       return '"' + std::string(begin + (cell.bits & 0xffff), cell.bits >> 16) + '"';
     }
+    // All else as it is printed; what an image holds has no value that names a part of a module.
     default:
-      return std::to_string(cell.AsInt());
+      return vm::ValueText(program, nullptr, type, cell);
   }
 }
 
@@ -72,6 +66,7 @@ class Printer {
 
   /// One instruction of a function, with its operand.
   [[nodiscard]] std::string Instruction(int function, uint32_t pc) const {
+    // One instruction alone needs the labels of its function, too, as it may jump.
     const uint8_t* at = program_.bytes() + program_.function(function).code_begin + pc;
     const std::string operand =
         OperandText(function, kOpcodes[*at].operand, at + 1, TargetsOf(function));
@@ -86,12 +81,13 @@ class Printer {
 
   /// Comments for people, then keywords and constants, which code refers to by number.
   void PrintHeader() {
-    Add("; {}, {} bytes and {} of notes, hash {:016x}\n", Str(program_.source_name()),
+    // What the header holds, and what stands behind the part that runs.
+    Add("; {}, {} bytes and {} of notes, hash {:016x}\n", ToString(program_.source_name()),
         program_.run_size(), program_.size() - program_.run_size(), program_.hash());
     Add("; budget {}, settle ticks {}\n", program_.instruction_budget(), program_.settle_ticks());
     for (int i = 0; i < program_.num_keywords(); ++i) {
       const KeywordInfo keyword = program_.keyword(i);
-      Add("keyword {} {} {}\n", i, KindName(keyword.kind), Str(keyword.name));
+      Add("keyword {} {} {}\n", i, KindName(keyword.kind), ToString(keyword.name));
     }
     // Constants are shared by all functions.
     for (int i = 0; i < program_.num_constants(); ++i) {
@@ -103,15 +99,15 @@ class Printer {
 
   // An image without notes has no names but those of roles and keywords; numbers stand for them.
   [[nodiscard]] std::string FunctionName(int function) const {
-    return program_.has_notes() ? Str(program_.function_name(function))
+    return program_.has_notes() ? ToString(program_.function_name(function))
                                 : fmt::format("function {}", function);
   }
   [[nodiscard]] std::string MemberName(int function) const {
-    return program_.has_notes() ? Str(program_.member_name(function))
+    return program_.has_notes() ? ToString(program_.member_name(function))
                                 : fmt::format("function {}", function);
   }
   [[nodiscard]] std::string FieldName(int role, int field) const {
-    return program_.has_notes() ? Str(program_.field_name(role, field))
+    return program_.has_notes() ? ToString(program_.field_name(role, field))
                                 : fmt::format("field {}", field);
   }
 
@@ -119,8 +115,9 @@ class Printer {
   void PrintRole(int index) {
     // The slots are those by which code refers to fields, labels, commands and functions.
     const RoleInfo role = program_.role(index);
-    Add("\n{}role {} {}{}\n", role.abstract_role ? "abstract " : "", index, Str(role.name),
-        role.parent >= 0 ? " extends " + Str(program_.role(role.parent).name) : "");
+    Add("\n{}role {} {}{}\n", role.abstract_role ? "abstract " : "", index, ToString(role.name),
+        role.parent >= 0 ? " extends " + ToString(program_.role(role.parent).name) : "");
+    // Fields have values, labels and all else functions.
     for (int i = 0; i < role.num_fields; ++i) {
       Add("  {}field {} {} {} = {}\n", role.fields.shared(i) ? "shared " : "", i,
           TypeName(role.fields.type(i)), FieldName(index, i),
@@ -131,6 +128,7 @@ class Printer {
       Add("  label {} {} {}: {}\n", i, TypeName(program_.function(function).return_type),
           MemberName(function), FunctionName(function));
     }
+    // Nothing refers to a requirement, which so has no slot.
     for (int i = 0; i < role.num_requirements; ++i) {
       Add("  require {}\n", FunctionName(role.requirements[i]));
     }
@@ -139,6 +137,7 @@ class Printer {
     PrintRoutines("command", role.commands, role.num_commands);
     for (int i = 0; i < role.num_handlers; ++i) {
       const HandlerInfo handler = role.handlers[i];
+      // Only a timer runs by itself.
       const std::string period =
           handler.event == Event::kTimer
               ? fmt::format(" every {:.9g}", static_cast<double>(handler.period_us) * 1e-6)
@@ -149,9 +148,10 @@ class Printer {
     for (int i = 0; i < role.num_methods; ++i) {
       Add("  function {}: {}\n", i, FunctionName(role.methods[i]));
     }
+    // Last, what a module type must have for the role.
     for (int i = 0; i < program_.num_keywords(); ++i) {
       if ((program_.keywords_of_role(index) >> i & 1) == 0) continue;
-      Add("  needs {}\n", Str(program_.keyword(i).name));
+      Add("  needs {}\n", ToString(program_.keyword(i).name));
     }
   }
 
@@ -189,6 +189,7 @@ class Printer {
         line.resize(std::max<size_t>(line.size() + 1, 24), ' ');
         line += operand;
       }
+      // Instructions of one line stand together, so that the line is named once.
       const int source_line = program_.LineOf(index, pc);
       if (source_line != last_line) {
         line.resize(std::max<size_t>(line.size() + 1, 56), ' ');
@@ -205,6 +206,7 @@ class Printer {
     const FunctionInfo function = program_.function(index);
     const uint32_t end = function.code_begin + function.code_size;
     const JoinTable joins(program_.bytes());
+    // A jump can only go to a join, so that the joins are all the labels there are.
     std::map<uint32_t, int> targets;
     for (uint32_t i = joins.FirstFrom(function.code_begin);
          i < joins.count() && joins.target(i) < end; ++i) {
@@ -263,9 +265,9 @@ class Printer {
       case OperandPart::kStateKeyword:
       case OperandPart::kSensorKeyword:
       case OperandPart::kSensorKindKeyword:
-        return Str(program_.keyword(number).name);
+        return ToString(program_.keyword(number).name);
       case OperandPart::kRole:
-        return Str(program_.role(number).name);
+        return ToString(program_.role(number).name);
       case OperandPart::kCommand:
         return MemberName(program_.role(at[-1]).commands[number]);
       case OperandPart::kSharedField:
@@ -281,40 +283,6 @@ class Printer {
   const VerifiedProgram& program_;
   std::string out_;
 };
-
-/// The words of an operand's parts: "local, byte".
-std::string OperandWords(OperandKind kind) {
-  std::string text;
-  for (const OperandPart part : InfoOf(kind).parts) {
-    if (part == OperandPart::kNone) break;
-    text += (text.empty() ? "" : ", ") + std::string(kPartWords[static_cast<int>(part)].word);
-  }
-  return text.empty() ? "–" : text;
-}
-
-/// What a term of a signature stands for. The type of a part is called by the part: a local's.
-std::string TermWord(OperandKind operand, Term term) {
-  if (term.part() >= 0) {
-    const OperandPart named = InfoOf(operand).parts[term.part()];
-    return std::string(kPartWords[static_cast<int>(named)].word) + "'s";
-  }
-  switch (term.letter()) {
-#define LETTER(name, letter, word) \
-  case Letter::name:               \
-    return word;
-#include "vm/image/opcodes.def"
-#undef LETTER
-  }
-  return TypeName(term.type());
-}
-
-/// The words of a signature: "int, int".
-template <int kMost>
-std::string SignatureText(OperandKind operand, const Terms<kMost>& terms) {
-  std::string text;
-  for (const Term term : terms) text += (text.empty() ? "" : ", ") + TermWord(operand, term);
-  return text.empty() ? "–" : text;
-}
 
 }  // namespace
 
@@ -338,25 +306,6 @@ std::string InstructionText(const VerifiedProgram& program, int function, uint32
 std::string ComparisonText(const Comparison& comparison, const VerifiedProgram& program) {
   return ValueText(program, comparison.type, comparison.left) + " against " +
          ValueText(program, comparison.type, comparison.right);
-}
-
-std::string InstructionTable() {
-  // In the order of Effect.
-  constexpr const char* kEffects[] = {"pure", "task", "wait"};
-  // A table in Markdown, which docs/vm.md holds and a test compares.
-  std::string out =
-      "| code | instruction | operand | pops | pushes | cost | effect | meaning |\n"
-      "|---|---|---|---|---|---|---|---|\n";
-  for (int i = 0; i < kNumOpcodes; ++i) {
-    const OpcodeInfo& info = kOpcodes[i];
-    out += fmt::format("| {:02x} | `{}` | {} | ", i, kOpcodeTexts[i].mnemonic,
-                       OperandWords(info.operand)) +
-           SignatureText(info.operand, info.pops) + " | " +
-           SignatureText(info.operand, info.pushes) +
-           fmt::format(" | {} | {} | {} |\n", info.cost, kEffects[static_cast<int>(info.effect)],
-                       kOpcodeTexts[i].meaning);
-  }
-  return out;
 }
 
 }  // namespace morphbus::vm

@@ -25,7 +25,4 @@ std::string InstructionText(const VerifiedProgram& program, int function, uint32
 /// source says how they were compared. Something was compared.
 std::string ComparisonText(const Comparison& comparison, const VerifiedProgram& program);
 
-/// The instruction set as the table of docs/vm.md, in Markdown.
-std::string InstructionTable();
-
 }  // namespace morphbus::vm

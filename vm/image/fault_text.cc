@@ -6,6 +6,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "vm/image/image_texts.h"
+
 namespace morphbus::vm {
 
 namespace {
@@ -16,9 +18,6 @@ constexpr const char* kSentences[kNumFaultCodes] = {
 #include "vm/image/faults.def"
 #undef FAULT
 };
-
-/// Texts of an image are not NUL-terminated.
-std::string ToString(Text text) { return std::string(text.data, text.size); }
 
 /// A number with at most two decimals, without zeros at its end: "90", "90.02", "-0.5".
 std::string Number(float value) {

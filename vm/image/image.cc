@@ -32,6 +32,8 @@ uint64_t HashOfNotes(const uint8_t* bytes, uint32_t size) {
 }
 
 SectionRange SectionOf(const uint8_t* bytes, Section section) {
+  // Roles have no fixed size: what stands before them is counted from the header on, what stands
+  // behind them back from the end.
   const auto count = [bytes](int i) -> uint32_t {
     return ReadU16(bytes + kCountsAt + 2 * static_cast<uint32_t>(i));
   };

@@ -22,6 +22,7 @@ JoinTable::JoinTable(const uint8_t* image)
       code_begin_(SectionOf(image, Section::kCode).begin) {}
 
 uint32_t JoinTable::FirstFrom(uint32_t byte) const {
+  // Joins are sorted, so that the first one is found by halving.
   return image::FirstNot(joins_.count, [&](uint32_t i) { return target(i) < byte; });
 }
 
@@ -31,6 +32,7 @@ const uint8_t* JoinTable::StateOf(uint32_t i) const {
 
 // The first type that is none lies above the top.
 CodeState JoinTable::StateAt(uint32_t i) const {
+  // The stack's types are packed, four bits each, from the bottom up.
   CodeState state;
   state.set_locals = set_locals(i);
   const uint32_t types = stack_types(i);
@@ -44,10 +46,12 @@ CodeState JoinTable::StateAt(uint32_t i) const {
 // Loops and forward jumps alike: the statement must hold whichever way is taken, so it may promise
 // no more than each of them brings.
 const char* JoinTable::ProblemOf(uint32_t i, const CodeState& arriving) const {
+  // A local that some way leaves without a value may not be read behind the join.
   if ((set_locals(i) & ~arriving.set_locals) != 0) {
     return Reason("local is not set on every way to a join");
   }
   if (arriving.depth > image::kMaxJoinDepth) return Reason("stack too deep at a join");
+  // Both stacks must be alike up to their tops, type by type.
   const uint32_t types = stack_types(i);
   for (int k = 0; k < image::kMaxJoinDepth; ++k) {
     const ValueType found = k < arriving.depth ? arriving.types[k] : ValueType::kVoid;
@@ -71,6 +75,7 @@ bool CheckJoins(const VerifiedProgram& program, FirstError* error) {
       above_top = above_top || type == 0;
     }
   }
+  // The joins are what states are there for: each names one, and they rise.
   const JoinTable joins(bytes);
   for (uint32_t i = 0; i < joins.count(); ++i) {
     const uint32_t at = joins.place(i);

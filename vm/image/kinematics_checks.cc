@@ -25,6 +25,7 @@ const char* ProblemOfCounts(int num_links, int num_joints, int num_connectors, i
 }
 
 const char* ProblemOf(const KinSensor& sensor, int num_links) {
+  // Programs ask sensors by where they look, which is computed from this direction.
   if (sensor.link >= num_links) return Reason("sensor sits on no link");
   if (!AllFinite(sensor.direction) || !IsFinite(sensor.range_m) || sensor.range_m < 0) {
     return Reason("number of a sensor is not finite, or its range negative");

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cfloat>
-#include <cstring>
 #include <tuple>
 
 #include "vm/image/image.h"
+#include "vm/image/image_bytes.h"
 #include "vm/image/kinematics_layout.h"
 #include "vm/image/kinematics_verifier.h"
 
@@ -15,40 +15,20 @@ namespace {
 
 namespace layout = kinematics;
 
-/// Collects the bytes of an image, little-endian.
-class Writer {
+/// The bytes of an image, with what a module type's tables are made of.
+class Writer : public ImageBytes {
  public:
-  void U8(int value) { bytes_.push_back(static_cast<uint8_t>(value)); }
-  void U16(uint32_t value) { Little(value, 2); }
-  void U32(uint32_t value) { Little(value, 4); }
-  void U64(uint64_t value) { Little(value, 8); }
   void Float(double value) {
     // Unlimited joints carry the largest float, since every number of an image is finite.
-    const float f = static_cast<float>(std::clamp<double>(value, -FLT_MAX, FLT_MAX));
-    uint32_t bits = 0;
-    std::memcpy(&bits, &f, sizeof(bits));
-    U32(bits);
+    U32(Cell::Float(static_cast<float>(std::clamp<double>(value, -FLT_MAX, FLT_MAX))).bits);
   }
   void Vector(const Vec3& v) {
     for (float x : {v.x, v.y, v.z}) Float(x);
   }
   void Name(const std::string& name) {
-    U8(static_cast<int>(name.size()));
-    bytes_.insert(bytes_.end(), name.begin(), name.end());
+    U8(name.size());
+    Append(name);
   }
-  /// Overwrites what could not be known when it was written.
-  void Patch(uint32_t at, uint64_t value, int count) {
-    for (int i = 0; i < count; ++i) bytes_[at + static_cast<uint32_t>(i)] = Byte(value, i);
-  }
-  std::vector<uint8_t>& bytes() { return bytes_; }
-
- private:
-  // Lowest byte first, on every host.
-  static uint8_t Byte(uint64_t value, int i) { return static_cast<uint8_t>(value >> (8 * i)); }
-  void Little(uint64_t value, int count) {
-    for (int i = 0; i < count; ++i) bytes_.push_back(Byte(value, i));
-  }
-  std::vector<uint8_t> bytes_;
 };
 
 /// Sentence about the first capacity that the tables exceed, or empty.
@@ -65,6 +45,7 @@ std::string CheckCapacities(const KinematicsTables& t) {
     return over("connectors", t.connectors.size(), kMaxConnectors);
   }
   if (t.sensors.size() > kMaxSensors) return over("sensors", t.sensors.size(), kMaxSensors);
+  // What a module tells of its sensors has room for so many values.
   int values = 0;
   for (const auto& sensor : t.sensors) values += NumValues(sensor.kind);
   if (values > kMaxSensorValues) {
@@ -101,6 +82,7 @@ void WriteConnections(const KinematicsTables& tables, Writer* out) {
            std::make_tuple(b.connector, b.connection_type, b.is_member_b, b.number);
   });
   for (const KinConnection& c : sorted) {
+    // As ReadConnection of kinematics_image.cc expects them.
     out->U8(c.connection_type);
     out->U8(c.is_member_b ? layout::kMemberBFlag : 0);
     out->U16(c.number);
@@ -115,6 +97,7 @@ void WriteConnections(const KinematicsTables& tables, Writer* out) {
 
 /// Everything between the header and the connections, in the order of the layout.
 void WriteTables(const KinematicsTables& tables, Writer* out) {
+  // The reader finds each record behind the one before it, and so needs no offsets.
   out->Name(tables.type_name);
   for (const std::string& link : tables.links) out->Name(link);
   for (const auto& joint : tables.joints) {
@@ -128,6 +111,7 @@ void WriteTables(const KinematicsTables& tables, Writer* out) {
     for (double x : {joint.lower, joint.upper, joint.speed}) out->Float(x);
   }
   for (const auto& connector : tables.connectors) {
+    // Only the link matters: poses of connections are those of modules.
     out->Name(connector.name);
     out->U8(connector.link);
     out->U8(static_cast<int>(connector.states.size()));

@@ -15,6 +15,7 @@ float ReadFloat(const uint8_t* p) { return Cell{image::ReadU32(p)}.AsFloat(); }
 /// Decodes a record of the last section; its bounds have been checked.
 KinConnection ReadConnection(const uint8_t* p) {
   KinConnection c;
+  // Single bytes first, the numbers behind them at offsets that suit their sizes.
   c.connection_type = p[0];
   c.is_member_b = (p[1] & layout::kMemberBFlag) != 0;
   c.number = ReadU16(p + 2);
@@ -46,6 +47,7 @@ uint64_t KeyOf(const KinConnection& c) {
 }
 
 const char* VerifiedKinematics::NumberSensorValues() {
+  // Values of all sensors lie in one row, so that a message needs no names.
   for (int i = 0; i < num_sensors_; ++i) {
     sensors_[i].first_value = static_cast<uint8_t>(num_sensor_values_);
     num_sensor_values_ += NumValues(sensors_[i].kind);
@@ -82,10 +84,12 @@ bool VerifiedKinematics::Find(int connection_type, int number, bool is_member_b,
   key.connection_type = static_cast<uint8_t>(connection_type);
   key.is_member_b = is_member_b;
   key.number = static_cast<uint16_t>(number);
+  // Connections are sorted by their keys.
   const uint64_t wanted = KeyOf(key);
   const auto count = static_cast<uint32_t>(num_connections_);
   const auto at = static_cast<int>(image::FirstNot(
       count, [&](uint32_t i) { return KeyOf(connection(static_cast<int>(i))) < wanted; }));
+  // What stands there is the wanted one or the next behind it.
   if (at == num_connections_) return false;
   const KinConnection found = connection(at);
   if (KeyOf(found) != wanted) return false;

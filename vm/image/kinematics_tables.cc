@@ -13,6 +13,7 @@ Vec3 ToVec3(const float v[3]) { return {v[0], v[1], v[2]}; }
 
 /// Empty if the name is longer than any may be.
 Text ToText(const char* name) {
+  // What has no end within the longest name is no name.
   Text text{name, 0};
   while (name != nullptr && text.size <= kMaxName && name[text.size] != 0) ++text.size;
   if (text.size > kMaxName) text.size = 0;
@@ -62,6 +63,8 @@ KinJoint ReadJoint(const morphbus_joint& from, int row, int num_links, VerifyErr
 
 KinConnector ReadConnector(const morphbus_connector& from, int row, int num_links,
                            VerifyError* error) {
+  // Points and attributes of a connector are for programs in C; the virtual machine needs where it
+  // sits and its states.
   KinConnector connector;
   connector.name = Name(from.name, row, error);
   connector.link = from.link;
@@ -88,6 +91,7 @@ KinConnector ReadConnector(const morphbus_connector& from, int row, int num_link
 KinSensor ReadSensor(const morphbus_sensor& from, int row, int num_links, VerifyError* error) {
   KinSensor sensor;
   sensor.name = Name(from.name, row, error);
+  // Without its kind nothing else of it can be judged.
   if (from.kind > MORPHBUS_TILT) {
     Note("sensor kind is unknown", row, error);
     return sensor;
@@ -137,6 +141,7 @@ VerifyError VerifyTables(const morphbus_kinematics& tables, VerifiedKinematics* 
   for (int i = 0; i < k.num_sensors_; ++i) {
     k.sensors_[i] = ReadSensor(tables.sensors[i], i, k.num_links_, &error);
   }
+  // A tilt sensor has three values, so that sensors may be few enough and their values too many.
   Note(k.NumberSensorValues(), 0, &error);
   // As in an image: sorted, without repeats.
   uint64_t previous = 0;

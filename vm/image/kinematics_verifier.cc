@@ -30,6 +30,7 @@ class Reader {
   }
   uint8_t U8() { return Need(1) ? bytes_[at_++] : uint8_t{0}; }
   float Float() {
+    // One number that is not finite would spread through all that is computed from it.
     if (!Need(4)) return 0;
     const float value = Cell{ReadU32(bytes_ + at_)}.AsFloat();
     if (!IsFinite(value)) Fail(Reason("number is not finite"));
@@ -46,6 +47,7 @@ class Reader {
   }
   /// A name; it points into the image.
   Text Name() {
+    // A name is its length and its characters.
     const uint8_t length = U8();
     if (length == 0) Fail(Reason("name is empty"));
     if (!Need(length)) return {};
@@ -89,6 +91,7 @@ KinConnector ReadConnector(Reader* in, int num_links) {
   connector.name = in->Name();
   connector.link = in->U8();
   if (connector.link >= num_links) in->Fail(Reason("connector sits on no link"));
+  // Beyond the last state there is no room for another.
   connector.num_states = in->U8();
   if (connector.num_states > kMaxConnectorStates) in->Fail(Reason("connector has too many states"));
   // State variables keep their order: programs name them, commands number them.
@@ -105,6 +108,7 @@ KinSensor ReadSensor(Reader* in, int num_links) {
   sensor.name = in->Name();
   const uint8_t kind = in->U8();
   if (kind > static_cast<uint8_t>(SensorKind::kTilt)) {
+    // How many values it has, and what its range means, follows from the kind.
     in->Fail("sensor kind is unknown");
     return sensor;
   }

@@ -47,6 +47,7 @@ bool CheckNotes(const VerifiedProgram& program, uint32_t total, NoteLines* lines
   if (size == 0) return true;
   // What holds no notes refuses them, as it could not say whether they are sound.
   if constexpr (!kHoldsNotes) return error->Fail("this build takes images without notes only", at);
+  // The image has a hash of the notes, so that they can be dropped but not exchanged.
   const uint8_t* notes = program.bytes() + at;
   if (ReadU64(program.bytes() + image::kNotesHashAt) != image::HashOfNotes(notes, size)) {
     return error->Fail("notes are not those of the image", at);
@@ -65,6 +66,7 @@ bool CheckNotes(const VerifiedProgram& program, uint32_t total, NoteLines* lines
   if (size != lines->begin + lines->count * image::kLineBytes) {
     return error->Fail("notes have another size", at);
   }
+  // Names are found by counting; so there must be one for each that is counted.
   uint32_t fields_of_roles = 0;
   for (int i = 0; i < program.num_roles(); ++i) fields_of_roles += program.role(i).num_fields;
   if (fields != fields_of_roles) return error->Fail("notes name other fields", at);
@@ -73,6 +75,7 @@ bool CheckNotes(const VerifiedProgram& program, uint32_t total, NoteLines* lines
     locals_of_functions += program.function(i).num_locals;
   }
   if (locals != locals_of_functions) return error->Fail("notes name other locals", at);
+  // The head's own name, that of the source, is checked like all others.
   return CheckNoteNames(program, strings, at + image::kNotesSourceAt, 1, error) &&
          CheckNoteNames(program, strings, at + names, num_names, error) &&
          CheckNoteLines(program, at + lines->begin, lines->count, error);

@@ -13,6 +13,8 @@ const char* Unless(bool exists, const char* text) { return exists ? nullptr : te
 
 const char* OperandChecker::Check(OperandKind kind, const uint8_t* at, CodeState* state,
                                   NamedOperand* named) {
+  // The parts lie one behind the other. Each must name something that exists before its type can be
+  // asked for.
   const OperandInfo& info = InfoOf(kind);
   for (int i = 0; i < kMostParts && info.parts[i] != OperandPart::kNone; ++i) {
     const OperandPart part = info.parts[i];
@@ -59,6 +61,8 @@ const char* OperandChecker::CheckPart(OperandPart part, const uint8_t* at, CodeS
       const RoleInfo role = program_.role(function_.role);
       if (number >= role.num_methods) return Reason("no such function");
       facts_.methods_called |= static_cast<uint16_t>(1u << number);
+      // The signature of the own role's function serves for all: those that replace it have the
+      // same.
       named->number = role.methods[index];
       return nullptr;
     }
@@ -71,6 +75,7 @@ const char* OperandChecker::CheckPart(OperandPart part, const uint8_t* at, CodeS
       named->number = role.commands[index];
       return nullptr;
     }
+    // The role of the neighbours stands before the field, too, and only shared fields are told.
     case OperandPart::kSharedField: {
       const RoleInfo role = program_.role(at[-1]);
       return Unless(number < role.num_fields && role.fields.shared(index),
@@ -115,6 +120,7 @@ const char* OperandChecker::CheckSuper(uint32_t callee) {
   if (callee >= static_cast<uint32_t>(program_.num_functions())) return Reason("no such function");
   const int owner = function_.role;
   const int above = program_.function(static_cast<int>(callee)).role;
+  // A function of the own role would run in a circle, one of any other has slots of its own.
   if (owner == above || !tree_.IsA(owner, above)) {
     return Reason("function of a role that the own one does not extend");
   }
@@ -128,6 +134,7 @@ const char* OperandChecker::CheckSuper(uint32_t callee) {
 
 const char* OperandChecker::CheckTarget(uint32_t target, NamedOperand* named) const {
   const uint32_t byte = function_.code_begin + target;
+  // Whoever jumps needs the state that the image states there; so a target is one of the joins.
   named->number = joins_.FirstFrom(byte);
   return Unless(target < function_.code_size && named->number != joins_.count() &&
                     joins_.target(named->number) == byte,

@@ -41,6 +41,7 @@ Vec3 MeanOrigin(const PoseF* poses, int count) {
 }
 
 Quat Normalize(const Quat& q) {
+  // Rounding leaves a quaternion a little off its unit length.
   const float norm = SquareRoot(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
   // Also taken where the norm is not a number.
   if (!(norm > 1e-6f)) return {};

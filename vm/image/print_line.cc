@@ -3,12 +3,11 @@
 #include <array>
 #include <cstdio>
 
+#include "vm/image/image_texts.h"
 #include "vm/image/print_text.h"
 
 namespace morphbus::vm {
 namespace {
-
-std::string TextOf(Text text) { return std::string(text.data, text.size); }
 
 /// Six digits, as C writes them; the locale of numbers is C's everywhere here.
 std::string FloatText(float value) {
@@ -20,13 +19,15 @@ std::string FloatText(float value) {
 /// A part of the module by its name, or by its number where that is not known.
 template <class NameOf>
 std::string PartText(int index, int count, const NameOf& name_of) {
-  return index >= 0 && index < count ? TextOf(name_of(index)) : std::to_string(index);
+  // A value may come from another program or module type, of which this one has no such part.
+  return index >= 0 && index < count ? ToString(name_of(index)) : std::to_string(index);
 }
 
 }  // namespace
 
 std::string ValueText(const VerifiedProgram& program, const VerifiedKinematics* kin, ValueType type,
                       Cell cell) {
+  // What a cell means its type alone says.
   const int index = cell.AsInt();
   switch (type) {
     case ValueType::kBool:
@@ -37,6 +38,7 @@ std::string ValueText(const VerifiedProgram& program, const VerifiedKinematics* 
       return cell.bits < kNumDirections ? kDirectionRows[cell.bits].name : std::to_string(index);
     case ValueType::kAxis:
       return cell.bits < kNumAxes ? kAxisRows[cell.bits].name : std::to_string(index);
+    // Roles are the program's, parts the module type's.
     case ValueType::kRole:
       return PartText(index, program.num_roles(), [&](int i) { return program.role(i).name; });
     case ValueType::kJoint:
@@ -60,11 +62,13 @@ std::string PrintText(const VerifiedProgram& program, const VerifiedKinematics* 
   const bool known = text >= 0 && text < program.num_constants() &&
                      program.constant_type(text) == ValueType::kText &&
                      FindPlaces(program.text(text), &places) && places.count == count;
+  // What cannot be put into its place is shown all the same.
   std::string line;
   if (!known) {
     for (int i = 0; i < count; ++i) line += (i > 0 ? " " : "") + std::to_string(values[i].AsInt());
     return line;
   }
+  // From one brace to the next the text stands as it is.
   const Text characters = program.text(text);
   int next = 0;
   for (int i = 0; i < characters.size; ++i) {
@@ -75,6 +79,7 @@ std::string PrintText(const VerifiedProgram& program, const VerifiedKinematics* 
       ++i;
       continue;
     }
+    // The brace was taken over with the characters; the value stands in its place.
     line.pop_back();
     line += ValueText(program, kinematics, places.types[next], values[next]);
     ++next;

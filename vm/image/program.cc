@@ -7,6 +7,7 @@ namespace {
 /// Where the members of each kind begin behind a role's head: those of the kinds before it lie
 /// between.
 const uint8_t* MembersOf(const uint8_t* role, int kind) {
+  // A role's record has no directory: the sizes of its tables follow from their counts.
   const uint8_t* counts = role + image::kRoleCountsAt;
   const uint8_t* at = role + image::kRoleHeadBytes;
   for (int i = 0; i < kind; ++i) at += counts[i] * image::kRoleMemberBytes[i];
@@ -39,6 +40,7 @@ RoleInfo::RoleInfo(const uint8_t* at, const uint8_t* strings, const uint8_t* con
       methods(MembersOf(at, 7)) {}
 
 uint16_t RoleInfo::shared_fields() const {
+  // Bit i stands for field i, as in the message that carries them.
   uint16_t mask = 0;
   for (int i = 0; i < num_fields; ++i) {
     if (fields.shared(i)) mask = static_cast<uint16_t>(mask | 1u << i);
@@ -47,6 +49,7 @@ uint16_t RoleInfo::shared_fields() const {
 }
 
 HandlerInfo HandlerTable::operator[](int i) const {
+  // One byte holds the event, or which constant the period is, with a bit for early handlers.
   const uint8_t* at = at_ + static_cast<uint32_t>(i) * image::kHandlerBytes;
   HandlerInfo handler;
   handler.early = (at[0] & image::kEarlyBit) != 0;
@@ -66,6 +69,7 @@ HandlerInfo HandlerTable::operator[](int i) const {
 // Invocations come from other modules and from people, so nothing is taken for granted.
 bool VerifiedProgram::AcceptsArguments(int function, const Cell* arguments, int count) const {
   if (function < 0 || function >= num_functions_) return false;
+  // Types alone are not enough: a float must be finite, a role one of the program's.
   const FunctionInfo info = this->function(function);
   if (count != info.num_arguments) return false;
   for (int i = 0; i < count; ++i) {

@@ -22,6 +22,7 @@ bool RoleChecker::CheckRecord(int index, uint32_t* at) {
     return error_.Fail("role is cut off", head);
   }
   if (!CheckName(program_, head, &error_)) return false;
+  // A module has room for so many members of each kind and no more.
   const uint8_t* counts = bytes_ + head + image::kRoleCountsAt;
   constexpr uint32_t kLimits[image::kRoleCounts] = {kMaxFields,   kMaxLabels,   kMaxRequirements,
                                                     kMaxRoutines, kMaxRoutines, kMaxRoutines,
@@ -53,6 +54,7 @@ bool RoleChecker::CheckRecord(int index, uint32_t* at) {
 
 // The first value of a field is a constant, whose table has been checked; a text is no value.
 bool RoleChecker::CheckFields(const RoleInfo& role, uint32_t* at) {
+  // All shared fields travel in one message.
   int shared = 0;
   for (int i = 0; i < role.num_fields; ++i, *at += image::kFieldBytes) {
     const int constant = ReadU16(bytes_ + *at) & ~image::kSharedFieldBit;
@@ -124,6 +126,7 @@ bool RoleChecker::CheckHandlers(const RoleInfo& role, uint32_t* at) {
       return error_.Fail("reference to no function", *at);
     }
     const FunctionInfo function = program_.function(handler.function);
+    // What a connector or joint did is told by naming it; a timer is about nothing.
     constexpr ValueType kSubjects[] = {ValueType::kConnector, ValueType::kConnector,
                                        ValueType::kJoint, ValueType::kVoid};
     const ValueType subject = kSubjects[static_cast<int>(handler.event)];
@@ -139,6 +142,7 @@ bool RoleChecker::CheckHandlers(const RoleInfo& role, uint32_t* at) {
 
 // A period is a constant, so that equal ones share it.
 bool RoleChecker::CheckPeriod(int constant, uint32_t at) {
+  // An event that is none would count as a period of a high number.
   if (constant >= program_.num_constants()) return error_.Fail("unknown event", at);
   const float seconds = program_.constant(constant).AsFloat();
   if (program_.constant_type(constant) != ValueType::kFloat || !(seconds >= kMinPeriodS) ||
@@ -151,6 +155,7 @@ bool RoleChecker::CheckPeriod(int constant, uint32_t at) {
 // Each role says how deep it stands below Module; if every depth is one more than the parent's,
 // there are no cycles.
 bool RoleChecker::CheckDepths() {
+  // Parents may stand behind those that extend them: depths are compared when all are there.
   for (int i = 0; i < program_.num_roles(); ++i) {
     const RoleInfo role = program_.role(i);
     const int expected = role.parent < 0 ? 0 : program_.role(role.parent).depth + 1;
@@ -171,6 +176,7 @@ bool RoleChecker::CheckInheritance() {
 bool RoleChecker::SameSignature(int function, int other) const {
   const FunctionInfo a = program_.function(function);
   const FunctionInfo b = program_.function(other);
+  // Other locals do not matter to callers.
   if (a.num_arguments != b.num_arguments || a.return_type != b.return_type) return false;
   for (int i = 0; i < a.num_arguments; ++i) {
     if (a.local_types[i] != b.local_types[i]) return false;
@@ -192,6 +198,7 @@ bool RoleChecker::CheckAgainstParent(const RoleInfo& role, const RoleInfo& paren
       role.num_commands < parent.num_commands || role.num_methods < parent.num_methods) {
     return FailTable("role lacks members of the role it extends");
   }
+  // Code of the parent reads and sets these fields on modules that play the role.
   for (int i = 0; i < parent.num_fields; ++i) {
     const bool same_sharing = role.fields.shared(i) == parent.fields.shared(i);
     if (role.fields.type(i) != parent.fields.type(i) || !same_sharing) {

@@ -17,6 +17,7 @@ bool IsComparable(ValueType type) {
 }  // namespace
 
 const char* StackEffect::Take(CodeState* state) {
+  // What was pushed last is taken first.
   for (int i = info_.pops.size() - 1; i >= 0; --i) {
     if (const char* problem = Pop(info_.pops[i], state)) return problem;
   }
@@ -39,12 +40,14 @@ const char* StackEffect::Leave(CodeState* state) const {
 }
 
 const char* StackEffect::Pop(Term term, CodeState* state) {
+  // Most letters are types, which need no look at what the operand names.
   ValueType type = term.type();
   if (type != ValueType::kVoid) return state->Pop(type);
   switch (term.letter()) {
     case Letter::kFirstPart:
     case Letter::kSecondPart:
       return state->Pop(named_.types[term.part()]);
+    // What the instruction drops may be anything.
     case Letter::kAny:
       return state->PopAny(&type);
     case Letter::kComparable:
@@ -53,6 +56,7 @@ const char* StackEffect::Pop(Term term, CodeState* state) {
       return PopArguments(state);
     case Letter::kPlaces:
       return PopPlaces(state);
+    // A return gives what the function's signature promises.
     case Letter::kOwnResult:
       return state->Pop(function_.return_type);
     case Letter::kResult:
@@ -82,6 +86,7 @@ const char* StackEffect::PopArguments(CodeState* state) const {
 }
 
 const char* StackEffect::PopPlaces(CodeState* state) const {
+  // The text has been checked, so that its places are sound; the value of the last one lies on top.
   PrintPlaces places;
   FindPlaces(program_.text(static_cast<int>(named_.number)), &places);
   for (int i = places.count - 1; i >= 0; --i) {

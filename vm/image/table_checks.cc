@@ -24,6 +24,7 @@ bool CheckText(const VerifiedProgram& program, SectionRange strings, uint32_t of
 }
 
 bool CheckName(const VerifiedProgram& program, uint32_t at, FirstError* error) {
+  // Texts of print may be empty, what is called by a name may not.
   const uint8_t* record = program.bytes() + at;
   if (record[2] == 0) return error->Fail("empty name", at);
   return CheckText(program, SectionOf(program.bytes(), Section::kStrings), ReadU16(record),
@@ -31,6 +32,7 @@ bool CheckName(const VerifiedProgram& program, uint32_t at, FirstError* error) {
 }
 
 bool CheckKeywords(const VerifiedProgram& program, FirstError* error) {
+  // Each keyword has a bit in what roles need.
   const SectionRange range = SectionOf(program.bytes(), Section::kKeywords);
   if (range.count > kMaxKeywords) return error->Fail("too many keywords", range.begin);
   for (uint32_t i = 0; i < range.count; ++i) {
@@ -45,6 +47,7 @@ bool CheckKeywords(const VerifiedProgram& program, FirstError* error) {
 }
 
 bool CheckConstants(const VerifiedProgram& program, FirstError* error) {
+  // Code pushes constants without a look at them, so that each must be sound here.
   const SectionRange range = SectionOf(program.bytes(), Section::kConstants);
   for (uint32_t i = 0; i < range.count; ++i) {
     const uint32_t at = range.begin + i * image::kConstantBytes;
@@ -76,6 +79,7 @@ namespace {
 
 /// The function of this index, whose record is at `at`.
 bool CheckFunction(const VerifiedProgram& program, int index, uint32_t at, FirstError* error) {
+  // A function belongs to one role, whose slots its code means.
   const uint8_t* record = program.bytes() + at;
   if (record[image::kFunctionRoleAt] >= program.num_roles()) {
     return error->Fail("function of a role that does not exist", at + image::kFunctionRoleAt);
@@ -97,12 +101,14 @@ bool CheckFunction(const VerifiedProgram& program, int index, uint32_t at, First
   if (info.num_locals > image::kMaxLocals || info.num_arguments > info.num_locals) {
     return error->Fail("too many locals or arguments", at + image::kFunctionSignatureAt);
   }
+  // Functions may share their lists of types, which so need no order.
   const SectionRange types = SectionOf(program.bytes(), Section::kTypes);
   if (ReadU16(record + image::kFunctionTypesAt) + uint32_t{info.num_locals} > types.count) {
     return error->Fail("types of locals lie outside the types", at + image::kFunctionTypesAt);
   }
   for (int i = 0; i < info.num_locals; ++i) {
     const auto type = static_cast<int>(info.local_types[i]);
+    // A variable without a type could hold anything.
     if (type == 0 || type >= kNumValueTypes) {
       return error->Fail("bad type of a local", at + image::kFunctionTypesAt);
     }
@@ -115,6 +121,7 @@ bool CheckFunction(const VerifiedProgram& program, int index, uint32_t at, First
 bool CheckFunctions(const VerifiedProgram& program, FirstError* error) {
   const SectionRange range = SectionOf(program.bytes(), Section::kFunctions);
   if (range.count > kMaxFunctions) return error->Fail("too many functions", range.begin);
+  // All bytes of code are some function's, so that none escapes the checks.
   if (range.count == 0 && SectionOf(program.bytes(), Section::kCode).count > 0) {
     return error->Fail("code of no function", range.begin);
   }

@@ -37,6 +37,7 @@ VerifyError Verifier::Verify(const uint8_t* bytes, uint32_t size, VerifiedProgra
 }
 
 bool Verifier::Run() {
+  // The first that fails is the one that is told.
   return CheckHeader() && CheckSections() && CheckKeywords(out_, &error_) &&
          CheckConstants(out_, &error_) && CheckFunctions(out_, &error_) && CheckRoles() &&
          CheckCode() && CheckCalls() && CheckNotes();
@@ -108,6 +109,7 @@ bool Verifier::CheckSections() {
 bool Verifier::CheckRoles() {
   const SectionRange range = SectionOf(bytes_, Section::kRoles);
   if (range.count > kMaxRoles) return error_.Fail("too many roles", range.begin);
+  // Each record says its own size, so that the next one is found behind it.
   RoleChecker roles(out_, &error_);
   uint32_t at = range.begin;
   for (int i = 0; i < out_.num_roles_; ++i) {
@@ -118,6 +120,8 @@ bool Verifier::CheckRoles() {
   if (at != SectionOf(bytes_, Section::kStates).begin) {
     return error_.Fail("roles leave a gap or overlap", at);
   }
+  // Only without circles is there a tree, and only with it can be told whose functions a role may
+  // use.
   if (!roles.CheckDepths() || !roles.CheckInheritance()) return false;
   tree_.Plant(out_);
   return roles.CheckOwners(tree_);

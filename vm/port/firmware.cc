@@ -19,6 +19,7 @@ Firmware::Firmware(const VmConfig& config, const VerifiedKinematics& kinematics,
       hardware_(*hardware),
       vm_(config, kinematics, program, state),
       programs_(program, &relay_state_, packages != nullptr ? packages : &no_packages_) {
+  // The first tick is number 0.
   input_.tick = -1;
   programs_.Begin();
 }
@@ -39,6 +40,7 @@ void Firmware::Listen() {
 }
 
 void Firmware::Hear(int connector) {
+  // A frame says who speaks and over which connector, and then what.
   const uint8_t* body = readers_[connector].body();
   const int packet_size = readers_[connector].body_size() - kHeaderBytes;
   if (packet_size < 0) return;
@@ -68,6 +70,7 @@ void Firmware::Tick(int64_t time_us) {
     // A robot that only passes by spreads no program here.
     if (!input_.connectors[c].docked) input_.messages[c] = nullptr;
   }
+  // All that was sensed and heard makes one tick of the virtual machine.
   hardware_.ReadSensors(&input_);
   programs_.Tick(input_, &vm_, &output_);
   // What was heard counts in one tick.

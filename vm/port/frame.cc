@@ -44,6 +44,7 @@ int WriteFrame(uint8_t* frame, int size) {
 }
 
 bool FrameReader::Next() {
+  // The frame that was told last is done with.
   Drop(found_);
   found_ = 0;
   while (size_ > 0) {
@@ -55,6 +56,7 @@ bool FrameReader::Next() {
       continue;
     }
     const int whole = kFrameHeadBytes + body_size_ + kFrameTailBytes;
+    // Its end may still be on the way.
     if (size_ < whole) return false;
     if (HasCrc(bytes_, kFrameHeadBytes + body_size_)) {
       found_ = whole;

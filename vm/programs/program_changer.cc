@@ -6,6 +6,7 @@ namespace morphbus::vm {
 
 bool VerifyPackage(const uint8_t* bytes, uint32_t size, VerifiedProgram* program,
                    PackageHead* head) {
+  // The image lies behind the head, in which the bytes say for which tick they are meant.
   Package package;
   if (!ReadPackage(bytes, size, &package)) return false;
   *head = package;
@@ -18,6 +19,7 @@ void ProgramChanger::Begin() {
 }
 
 bool ProgramChanger::Resume() {
+  // The state comes from a file, so that nothing of it is taken for granted.
   if (!relay_.Sound()) return false;
   program_ = &first_;
   const uint8_t* running = relay_.running_image();
@@ -43,11 +45,14 @@ bool ProgramChanger::VerifyIncoming() {
 
 void ProgramChanger::VerifyIfReady() {
   if (!relay_.ready()) return;
+  // What is refused is remembered, as the neighbours go on offering it.
   VerifyIncoming() ? relay_.Keep() : relay_.Refuse();
 }
 
 void ProgramChanger::SwitchIfDue(int64_t tick, Vm* vm) {
   if (!relay_.verified()) return;
+  // All modules go over in one tick of the root's clock; one that knows no root does not wait for
+  // others.
   int64_t root_tick = 0;
   if (vm->RootTick(tick, &root_tick) && root_tick < switch_tick_) return;
   // The VM lets go of the old one.
@@ -57,6 +62,8 @@ void ProgramChanger::SwitchIfDue(int64_t tick, Vm* vm) {
 }
 
 void ProgramChanger::Tick(const TickInput& input, Vm* vm, TickOutput* output) {
+  // The order matters: pieces that came in this tick may complete a program, which may be due, and
+  // then runs already now.
   relay_.Receive(input);
   VerifyIfReady();
   SwitchIfDue(input.tick, vm);

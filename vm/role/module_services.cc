@@ -227,6 +227,7 @@ FaultCode ModuleServices::WhyNot(int joint, bool rotary) const {
 OpResult ModuleServices::MoveBy(int joint, float by, bool rotary, bool blocking) {
   const FaultCode why_not = WhyNot(joint, rotary);
   if (why_not != FaultCode::kNone) return RefuseJoint(why_not, joint);
+  // The sign turns the program's degrees into the actuator's, both ways.
   const JointState& state = context_.state.joints[joint];
   const double sign = SignOf(context_, joint);
   const double from = state.turning ? state.measured : state.target;
@@ -328,6 +329,7 @@ OpResult ModuleServices::GetConnectorState(int connector, int state_keyword, int
   Fault fault{.code = FaultCode::kNoSuchValue,
               .keyword = static_cast<int16_t>(state_keyword),
               .connector = static_cast<int8_t>(connector)};
+  // What was set last is told, as connectors do not sense their states.
   if (!Exists(connector)) return Refuse(fault);
   const int state = FindState(context_.kinematics.connector(connector),
                               context_.program.keyword(state_keyword).name);

@@ -11,6 +11,7 @@ namespace {
 /// Starts a routine in a free task; false if there is none.
 bool Launch(Context& context, TaskKind kind, int index, int function, const Cell* arguments,
             int count) {
+  // Tasks have no heap: a fixed number of them is there from the start.
   for (Task& task : context.state.scheduler.tasks) {
     if (task.used) continue;
     task = Task();
@@ -161,6 +162,7 @@ bool RunOne(Context& context, ModuleServices& services, Task* task, int32_t* bud
           ? RunTask(context.program, as_role, services, &task->stack, budget)
           : RunInSteps(context.program, as_role, services, task, budget, *context.observer);
   services.SetRunning(nullptr);
+  // Where it stands, for those who ask what the module does.
   task->function = result.function;
   task->pc = result.pc;
   switch (result.status) {
@@ -238,6 +240,7 @@ void StartRole(Context& context) {
 
 void EndTasks(Context& context) {
   SchedulerState& s = context.state.scheduler;
+  // Nothing of the role goes on: neither what ran nor what waited to.
   for (Task& task : s.tasks) task = Task();
   for (int i = 0; i < kMaxRoutines; ++i) s.event_subjects[i] = 0;
   s.startup_done = false;

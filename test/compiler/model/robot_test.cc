@@ -119,7 +119,6 @@ TEST(ForwardKinematics, OpensALoopWhenALockedJointIsDriven) {
   const KinematicState state = ForwardKinematics(model, robot, q);
   EXPECT_GT(state.closure_m, 0.05);
   EXPECT_NEAR(state.closure_rad, 0.1, 1e-9);
-  ASSERT_GE(state.worst_docking, 0);
 }
 
 TEST(JointMotion, TurnsAAgainstBByTheRightHandRule) {
