@@ -25,6 +25,7 @@ TextLimits LimitsOf(bool cut_short) {
 }
 
 morphbus::value_t ToWire(const HeldValue& held, const TextLimits& limits) {
+  // All texts are cut, as programs may have names and texts of any length, and a datagram may not.
   morphbus::value_t value;
   value.name = CutText(held.name, limits.name);
   value.type_name = held.type;
@@ -45,6 +46,7 @@ morphbus::held_task_t ToWire(const HeldTask& held, int number, const TextLimits&
   task.wait = static_cast<int8_t>(held.wait);
   task.until_us = held.until_us;
   task.joint_name = CutText(held.joint, limits.name);
+  // Its calls follow one by one, as far as there is room in the part.
   task.num_calls = 0;
   return task;
 }
@@ -54,6 +56,7 @@ morphbus::call_t ToWire(const HeldCall& held, int number, const TextLimits& limi
   morphbus::call_t call;
   call.number = static_cast<int8_t>(number);
   call.function_name = CutText(held.function, limits.name);
+  // The wire has 15 bits for a line, and the last number stands for all beyond.
   call.line = static_cast<int16_t>(std::min<int>(held.line, INT16_MAX));
   call.num_locals = 0;
   return call;
@@ -76,6 +79,7 @@ HeldSplitter::HeldSplitter(const HeldState& held) : held_(held) {
 
 void HeldSplitter::Add(const Item& item, bool cut_short, morphbus::inspection_t* part) const {
   const TextLimits limits = LimitsOf(cut_short);
+  // A field belongs to no task.
   if (item.task < 0) {
     part->fields.push_back(ToWire(held_.fields[item.value], limits));
     ++part->num_fields;
@@ -87,6 +91,7 @@ void HeldSplitter::Add(const Item& item, bool cut_short, morphbus::inspection_t*
     part->tasks.push_back(ToWire(task, item.task, limits));
     ++part->num_tasks;
   }
+  // A task that waits to begin has no call yet.
   if (item.call < 0) return;
   morphbus::held_task_t& of = part->tasks.back();
   const HeldCall& call = task.calls[item.call];
@@ -118,6 +123,7 @@ morphbus::inspection_t HeldSplitter::Next(size_t room) {
       Add(items_[next_], true, &longer);
       MORPHBUS_CHECK(fits(longer));
     }
+    // The item opens the next part.
     if (!fits(longer)) break;
     part = std::move(longer);
   }
@@ -130,6 +136,7 @@ Result<HeldState> JoinHeld(const std::vector<morphbus::inspection_t>& parts) {
   // part.
   for (size_t p = 0; p < parts.size(); ++p) {
     const morphbus::inspection_t& part = parts[p];
+    // Parts may have been lost, or mixed with those of another answer.
     if (part.part != static_cast<int>(p) || part.num_parts != std::ssize(parts)) {
       return Fail("a part of the answer is missing");
     }

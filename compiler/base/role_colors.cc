@@ -76,6 +76,7 @@ void RoleColors::Add(const std::vector<std::string>& roles) {
 }
 
 Color RoleColors::Of(const std::string& role) const {
+  // A module without a role is no role of its own, and has no color of the palette.
   if (role.empty()) return kNoRole;
   const auto found = index_.find(role);
   return PaletteColor(found != index_.end() ? found->second

@@ -90,6 +90,7 @@ class FrameChecker {
     const CheckedModule& module = scope_.context.modules[scope_.robot.modules[axes[0].module].type];
     // The frame's axes may be the only geometry there is; then distances are compared with a metre.
     const double extent = module.extent_m > 0.0 ? module.extent_m : 1.0;
+    // The first axis has the origin that counts; the others may be off by rounding.
     const Eigen::Vector3d& origin = axes[0].axis.p_MoAo_M;
     for (int i = 1; i < 3; ++i) {
       const double distance = (axes[i].axis.p_MoAo_M - origin).norm();

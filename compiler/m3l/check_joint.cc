@@ -158,6 +158,7 @@ class JointChecker {
       scope_.diagnostics.Error(pair->span, "'pair' needs two links with their axes").hint = hint;
       return false;
     }
+    // Until both halves are read no link is known.
     joint.link_a = joint.link_b = -1;
     const AxisSymbol* a = nullptr;
     const AxisSymbol* b = nullptr;
@@ -210,6 +211,7 @@ void CheckTree(ModuleScope& scope) {
   // Groups of links that joints hold together; a joint within one group closes a loop.
   DisjointSets groups(static_cast<int>(type.links.size()));
   for (const model::Joint& joint : type.joints) {
+    // Two links that hang together already are joined once more.
     if (!groups.Unite(joint.link_a, joint.link_b)) {
       const auto& decls = scope.module.decl->joints;
       const auto decl = std::find_if(decls.begin(), decls.end(),

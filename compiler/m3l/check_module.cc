@@ -40,6 +40,7 @@ void CheckNames(ModuleScope& scope) {
 void CheckOnLoss(AttributeReader& attributes, ModuleScope& scope) {
   const Expr* on_loss = attributes.Optional("on_loss");
   if (!on_loss) return;
+  // Limp is what a module type has without the attribute.
   const std::string text = on_loss->kind == ExprKind::kString ? on_loss->text : "";
   if (text == "hold") scope.module.type.on_loss = model::OnLoss::kHold;
   if (text == "hold" || text == "limp") return;
@@ -164,6 +165,7 @@ CheckedModule CheckModule(const ModuleDecl& decl, const source::SourceSet& sourc
   CheckedModule module;
   module.decl = &decl;
   module.type.name = decl.name.text;
+  // The parts below share what is known of the module so far.
   internal::ModuleScope scope{module, sources, *diagnostics, 1.0, false, {}};
   if (!internal::CheckSizes(scope)) return module;
   // The order matters: each step needs the names that the steps before it have found.

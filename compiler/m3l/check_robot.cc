@@ -203,10 +203,12 @@ std::optional<CheckedRobot> CheckRobot(const RobotDecl& decl, const RobotContext
                                        source::Diagnostics* diagnostics) {
   const int errors = diagnostics->error_count();
   internal::RobotScope scope{decl, context, *diagnostics, {}, {}, {}, false, {}, {}, {}};
+  // The parts below share what is known of the robot so far.
   scope.robot.name = decl.name.text;
   AttributeReader attributes(decl, "robot '" + decl.name.text + "'",
                              {"modules", "connections", "frame", "joints"}, diagnostics);
   const Expr* modules = attributes.Required("modules", "write modules=(TYPE m1, TYPE m2)");
+  // Modules come first, as all else refers to them by their names.
   if (modules) internal::CheckModules(*modules, scope);
   // Everything else names modules.
   if (!modules || scope.robot.modules.empty()) return std::nullopt;

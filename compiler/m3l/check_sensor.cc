@@ -60,6 +60,7 @@ class SensorChecker {
   void CheckLink(model::Sensor& sensor) {
     const Expr* expr = attributes_.Required("link", "name the link that carries it: link=NAME");
     if (!expr) return;
+    // A sensor is rigid with one link, by which its place is known at all joint values.
     const std::string name = SingleName(*expr);
     if (const std::optional<int> link = scope_.module.type.FindLink(name)) {
       sensor.link = *link;
@@ -113,6 +114,7 @@ class SensorChecker {
   }
 
   void RefuseFor(const std::string& key, const model::Sensor& sensor) {
+    // A key that means nothing for the type is a slip in one of the two.
     const Attribute* attribute = decl_.Find(key);
     if (attribute == nullptr) return;
     scope_.diagnostics.Error(attribute->key.span, fmt::format("a {} sensor has no {}",

@@ -42,6 +42,7 @@ std::vector<const Decl*> Collect(const std::vector<FileAst>& files,
 /// About how much there is to solve: pairs of connectors, each with the ways in which sub-points
 /// can meet, each way with a comparison of hulls.
 double WorkOf(const model::ModuleType& a, const model::ModuleType& b) {
+  // Each connector has a motion of its own and those that its sub-points allow.
   const auto size = [](const model::ModuleType& type) {
     double connectors = 0.0, hull_points = 0.0;
     for (const model::Connector& connector : type.connectors) {
@@ -92,6 +93,7 @@ void SolveConnections(std::vector<CheckedConnection>& connections, model::Model&
 std::vector<source::Span> HullSpans(const ModuleDecl& module) {
   std::vector<source::Span> spans;
   for (const LinkDecl& link : module.links) {
+    // A link without a hull has an empty span, so that indices agree.
     const Attribute* hull = link.Find("hull");
     spans.push_back(hull != nullptr && hull->value ? hull->value->span : source::Span{});
   }

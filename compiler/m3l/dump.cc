@@ -18,6 +18,7 @@ std::string TextOf(const std::vector<Expr>& children) {
 
 /// `key=value`, `key`, or `key=?` where the value did not parse.
 std::string Text(const Attribute& attribute) {
+  // What did not parse is shown where it stands, and was reported.
   if (attribute.broken) return attribute.key.text + "=?";
   return attribute.key.text + (attribute.value ? "=" + Text(*attribute.value) : "");
 }
@@ -92,6 +93,7 @@ std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token
   static constexpr const char* kNames[] = {"word", "number", "string", "symbol", "end"};
   std::string out;
   for (const Token& token : tokens) {
+    // Places are those that diagnostics would show.
     const source::LineColumn at = sources.Locate(token.span.file, token.span.begin);
     out += std::to_string(at.line) + ":" + std::to_string(at.column) + " " +
            kNames[static_cast<int>(token.kind)];
@@ -105,6 +107,7 @@ std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token
 std::string DumpAst(const FileAst& file) {
   std::string out;
   for (const ImportDecl& import : file.imports) out += "import \"" + import.path + "\"\n";
+  // Constants come before what may use them, wherever they stand.
   for (const ConstDecl& constant : file.constants) {
     out +=
         "const " + constant.name.text + "=" + (constant.value ? Text(*constant.value) : "?") + "\n";

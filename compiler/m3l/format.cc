@@ -122,6 +122,7 @@ class Formatter {
       groups.push_back(i);
       widest = std::max(widest, writer.FlatWidth(i, writer.AfterGroup(i)));
     }
+    // A sub-point that is wider than a line is broken up in any case.
     if (groups.empty() || widest + hang > source::kLayoutWidth) return;
     // As many as fit on a line give the number of lines, over which they are spread.
     const size_t fit = std::max<size_t>(1, (source::kLayoutWidth - hang + 1) / (widest + 1));
@@ -139,6 +140,7 @@ class Formatter {
       writer.Statement(begin, begin, end, 0, 2, false);
       return;
     }
+    // Keyword, name and colon stay together.
     const size_t head = std::min(begin + 3, end);
     const bool member = keyword == "point" || keyword == "link" || keyword == "axis" ||
                         keyword == "joint" || keyword == "sensor";

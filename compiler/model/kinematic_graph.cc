@@ -106,6 +106,7 @@ std::vector<std::vector<int>> BodiesOf(const Model& model, const Robot& robot) {
     first.push_back(count);
     count += static_cast<int>(model.module_types[module.type].links.size());
   }
+  // Every link starts as a body of its own.
   DisjointSets bodies(count);
   // Dockings and fixed joints hold links together.
   for (const Docking& d : robot.dockings) {

@@ -30,6 +30,7 @@ std::optional<JointType> JointTypeNamed(std::string_view name) {
 }
 
 std::optional<SensorType> SensorTypeNamed(std::string_view name) {
+  // As for joints: a word stands at the place of its enumerator.
   const auto* const found = std::ranges::find(kSensorTypeNames, name);
   if (found == std::end(kSensorTypeNames)) return std::nullopt;
   return static_cast<SensorType>(found - std::begin(kSensorTypeNames));

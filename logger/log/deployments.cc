@@ -38,16 +38,19 @@ std::string WhoWhen(const DeploymentFact& deployment) {
 }  // namespace
 
 void ProgramChanges::Take(std::string_view module, int64_t tick, uint64_t program_hash) {
+  // Nearly every message is of a module that is known, and then no string is made of its name.
   const auto found = modules_.find(module);
   Module& m = found != modules_.end() ? found->second : modules_[std::string(module)];
   // A message that stands behind a later one in the file changes nothing.
   if (tick <= m.tick) return;
   m.tick = tick;
+  // Only a change is of interest; the first message counts as one.
   const bool same = !m.changes.empty() && m.changes.back().program_hash == program_hash;
   if (!same && m.changes.size() < kMaxChanges) m.changes.push_back({tick, program_hash});
 }
 
 void ProgramChanges::TakeDeployment(int64_t tick, const bridge::ControlCommand& command) {
+  // Whether the command was carried out is not asked here: the modules' own words tell.
   Deployment deployment;
   deployment.fact.tick = tick;
   deployment.fact.program = command.program;
@@ -107,6 +110,7 @@ std::string ProgramChanges::WhoseIsForeign(uint64_t own,
     first = &*change;
     whose = &name;
   }
+  // All programs are accounted for.
   if (first == nullptr) return "";
   return fmt::format(
       "{} names program {:016x} from tick {} on, which is not the run's and which nobody deployed",
@@ -120,6 +124,7 @@ void AddTilts(const TiltTrack& tilts, int32_t tick_us, std::vector<DeploymentFac
     for (const auto& [module, tick] : fact.switched) {
       if (tick) first = std::min(first.value_or(*tick), *tick);
     }
+    // Without a module that went over nothing can have come of it.
     if (!first) continue;
     const int64_t begin_us = *first * tick_us;
     fact.max_tilt_rad = tilts.Largest(begin_us, begin_us + std::llround(kTiltSeconds * 1e6));
