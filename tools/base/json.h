@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "tools/base/print.h"
+
 namespace morphbus::tools {
 
 /// JSON whose keys keep the order in which docs/cli.md lists them.
@@ -17,7 +19,7 @@ std::string JsonText(const AnyJson& json, int indent = -1) {
   return json.dump(indent, ' ', false, AnyJson::error_handler_t::replace);
 }
 
-/// Prints one JSON object on stdout, indented for people, with a line feed at its end.
-void PrintJson(const Json& json);
+/// Prints one JSON object on stdout, indented as jq does it, with a line feed at its end.
+inline void PrintJson(const Json& json) { PrintText(JsonText(json, 2) + "\n"); }
 
 }  // namespace morphbus::tools

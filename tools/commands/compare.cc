@@ -285,7 +285,7 @@ int CompareLogs(const CompareOptions& options) {
   }
   // A page on standard output leaves no room for the text.
   if (options.json) {
-    Print("{}\n", JsonText(answer.json, 2));
+    PrintJson(answer.json);
   } else if (!IsStdout(options.report)) {
     PrintText(answer.text);
   }

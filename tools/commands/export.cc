@@ -94,8 +94,7 @@ std::optional<std::string> PlaceOf(const std::string& output) {
     return Refuse(fmt::format("cannot write {}: there is no folder {}", output, folder.string()));
   }
   if (!path.has_filename() || fs::is_directory(path, error)) {
-    Unusable(fmt::format("cannot write {}: that is a folder; name a file in it", output));
-    return std::nullopt;
+    return Refuse(fmt::format("cannot write {}: that is a folder; name a file in it", output));
   }
   return *followed;
 }

@@ -33,7 +33,21 @@ Launcher::Launcher(const RunPlan& plan, const RunOptions& options, const RunDire
     : plan_(plan), options_(options), directory_(directory), record_(record) {
   outcome_.run = plan.description.run();
   outcome_.log = record.path();
-  incarnations_.assign(plan_.robot().modules.size(), 1);
+  const std::vector<model::ModuleInstance>& modules = plan_.robot().modules;
+  incarnations_.assign(modules.size(), 1);
+  // Without --processes each module has a process of its own.
+  const size_t most =
+      options.processes == 0 ? modules.size() : static_cast<size_t>(options.processes);
+  processes_.resize(std::min(most, modules.size()));
+  for (int m = 0; m < std::ssize(modules); ++m) ProcessOf(m).modules.push_back(m);
+  for (size_t p = 0; p < processes_.size(); ++p) {
+    ModuleProcess& process = processes_[p];
+    const std::string& first = modules[process.modules.front()].name;
+    const std::string& last = modules[process.modules.back()].name;
+    process.name = process.modules.size() == 1 ? "module " + first
+                                               : fmt::format("modules {} to {}", first, last);
+    process.state = fmt::format("{}/process-{}.state", directory.path(), p);
+  }
 }
 
 Result<void> Launcher::WriteInputs() {
@@ -77,57 +91,27 @@ Result<LauncherLink> Launcher::StartLinked(const std::string& name, std::vector<
   return std::move(link->first);
 }
 
-int Launcher::NumModuleProcesses() const {
-  const int modules = static_cast<int>(plan_.robot().modules.size());
-  return options_.processes == 0 ? modules : std::min(options_.processes, modules);
-}
-
-int Launcher::ProcessOf(int module) const {
+Launcher::ModuleProcess& Launcher::ProcessOf(int module) {
   // In order of the robot, since modules that are declared together are mostly mated.
-  return module * NumModuleProcesses() / static_cast<int>(plan_.robot().modules.size());
+  return processes_[static_cast<size_t>(module) * processes_.size() / incarnations_.size()];
 }
 
-std::vector<int> Launcher::ModulesOf(int process) const {
-  std::vector<int> modules;
-  for (int m = 0; m < static_cast<int>(plan_.robot().modules.size()); ++m) {
-    if (ProcessOf(m) == process) modules.push_back(m);
-  }
-  return modules;
-}
-
-int Launcher::ModuleProcessOf(const std::string& name) const {
-  for (int process = 0; process < NumModuleProcesses(); ++process) {
-    if (NameOf(process) == name) return process;
-  }
-  return -1;
-}
-
-bool Launcher::IsGone(int process) const {
-  const std::vector<int> modules = ModulesOf(process);
-  return std::all_of(modules.begin(), modules.end(), [this](int module) {
+bool Launcher::IsGone(const ModuleProcess& process) const {
+  return std::ranges::all_of(process.modules, [this](int module) {
     return gone_.contains(plan_.robot().modules[module].name);
   });
 }
 
-std::string Launcher::NameOf(int process) const {
-  const std::vector<int> modules = ModulesOf(process);
-  const std::string& first = plan_.robot().modules[modules.front()].name;
-  if (modules.size() == 1) return "module " + first;
-  return fmt::format("modules {} to {}", first, plan_.robot().modules[modules.back()].name);
-}
-
-std::string Launcher::StateFile(int module) const {
-  const int process = ProcessOf(module);
-  const std::string state = fmt::format("{}/process-{}.state", directory_.path(), process);
+std::string Launcher::StateFile(const ModuleProcess& process, int module) const {
   // Several modules of one process save to one file each.
-  return ModulesOf(process).size() == 1 ? state : state + "." + plan_.robot().modules[module].name;
+  const bool alone = process.modules.size() == 1;
+  return alone ? process.state : process.state + "." + plan_.robot().modules[module].name;
 }
 
-Result<void> Launcher::StartModules(int process, bool resume) {
+Result<void> Launcher::StartModules(const ModuleProcess& process, bool resume) {
   const proto::RunDescription& d = plan_.description;
   // A module knows its own type and the program; where it is in the robot, its neighbours tell it.
-  const std::vector<int> modules = ModulesOf(process);
-  const std::string state = fmt::format("{}/process-{}.state", directory_.path(), process);
+  const std::vector<int>& modules = process.modules;
   std::vector<std::string> names, ids, kinematics, incarnations;
   // It fails with the first state file that cannot be made; the process is then started without
   // any.
@@ -139,15 +123,16 @@ Result<void> Launcher::StartModules(int process, bool resume) {
                                      plan_.model.TypeOf(plan_.robot(), module).name));
     incarnations.push_back(std::to_string(incarnations_[module]));
     // Made now, so that one that is missing later is known to be lost.
-    if (const auto file = bridge::SnapshotFile::Open(StateFile(module)); !file && room) {
+    const std::string state = StateFile(process, module);
+    if (const auto file = bridge::SnapshotFile::Open(state); !file && room) {
       room = tl::unexpected(file.error());
-      unlink(StateFile(module).c_str());
+      unlink(state.c_str());
     }
   }
   const Result<std::string> program = ModuleProgram();
   if (!program) {
     return morphbus::Fail(
-        fmt::format("cannot start {}: {}", NameOf(process), program.error().message));
+        fmt::format("cannot start {}: {}", process.name, program.error().message));
   }
   // The options are those of morphbus-module --help.
   std::vector<std::string> argv = {*program,
@@ -166,7 +151,7 @@ Result<void> Launcher::StartModules(int process, bool resume) {
                                    "--incarnation",
                                    fmt::format("{}", fmt::join(incarnations, ",")),
                                    "--restarts",
-                                   std::to_string(restarts_[process])};
+                                   std::to_string(process.restarts)};
   if (d.open()) {
     argv.push_back("--open");
   } else {
@@ -180,7 +165,7 @@ Result<void> Launcher::StartModules(int process, bool resume) {
         "modules whose processes die will begin anew, as their state cannot be saved: {}",
         no_room_));
   }
-  if (room) argv.insert(argv.end(), {"--snapshot", state});
+  if (room) argv.insert(argv.end(), {"--snapshot", process.state});
   if (resume && room) argv.push_back("--resume");
   // The root is told where it is; its pose spreads over the connections to the others.
   const auto root_name = std::find(names.begin(), names.end(), d.root_module());
@@ -200,22 +185,21 @@ Result<void> Launcher::StartModules(int process, bool resume) {
               {"--loss", fmt::format("{}", d.loss()), "--seed", std::to_string(d.seed())});
   if (!d.faults().empty()) argv.insert(argv.end(), {"--faults", directory_.path() + "/faults"});
   if (!options_.lcm_url.empty()) argv.insert(argv.end(), {"--lcm-url", options_.lcm_url});
-  Result<ChildProcess> started = ChildProcess::Start({NameOf(process), argv});
+  Result<ChildProcess> started = ChildProcess::Start({process.name, argv});
   if (!started) return Fail(started.error().message);
   children_.push_back(std::move(*started));
   return {};
 }
 
-Result<std::vector<std::string>> Launcher::RestartModules(int process) {
+Result<std::vector<std::string>> Launcher::RestartModules(const ModuleProcess& process) {
   // Two processes must never claim to be one module: the old one is gone before the new one starts.
-  const std::string name = NameOf(process);
-  children_.remove_if([&](const ChildProcess& other) { return other.name() == name; });
-  killed_.erase(name);
+  children_.remove_if([&](const ChildProcess& other) { return other.name() == process.name; });
+  killed_.erase(process.name);
   // A file that is empty belongs to a process that had said nothing yet; one that is not there, or
   // that cannot be opened, is lost with all that its module knew.
   std::vector<std::string> lost;
-  for (const int module : ModulesOf(process)) {
-    const std::string file = StateFile(module);
+  for (const int module : process.modules) {
+    const std::string file = StateFile(process, module);
     if (access(file.c_str(), F_OK) == 0 && bridge::SnapshotFile::Open(file)) continue;
     lost.push_back(plan_.robot().modules[module].name);
     ++incarnations_[module];
@@ -226,13 +210,13 @@ Result<std::vector<std::string>> Launcher::RestartModules(int process) {
   return lost;
 }
 
-void Launcher::OnModuleDeath(int process, const std::string& how) {
-  const std::string what = fmt::format("{} {}", NameOf(process), how);
-  ++restarts_[process];
-  const Result<std::vector<std::string>> lost = RestartModules(process);
+void Launcher::OnModuleDeath(ModuleProcess* process, const std::string& how) {
+  const std::string what = process->name + " " + how;
+  ++process->restarts;
+  const Result<std::vector<std::string>> lost = RestartModules(*process);
   if (!lost) return watch_.Fail(fmt::format("{}; {}", what, lost.error().message));
   // Whoever knows of it later reads it in the summary, and in HEALTH.
-  for (const int module : ModulesOf(process)) {
+  for (const int module : process->modules) {
     ++outcome_.restarts[plan_.robot().modules[module].name];
   }
   news_.push_back(lost->empty() ? what + "; started again, it goes on where it was"
@@ -259,7 +243,7 @@ Result<void> Launcher::StartAll() {
       StartLinked(FailureWatch::kSim, {program, "sim", "--run-folder", directory_.path()}, SIGKILL);
   if (!sim) return Fail(sim.error().message);
   sim_.emplace(std::move(*sim));
-  for (int process = 0; process < NumModuleProcesses(); ++process) {
+  for (const ModuleProcess& process : processes_) {
     if (Result<void> started = StartModules(process, false); !started) return started;
   }
   return {};
@@ -343,15 +327,15 @@ void Launcher::TakeMessages() {
 
 void Launcher::CheckChildren() {
   // Starting one again changes the list, so that it is done afterwards.
-  std::vector<std::pair<int, std::string>> dead;
+  std::vector<std::pair<ModuleProcess*, std::string>> dead;
   for (ChildProcess& child : children_) {
     if (child.ended() || !child.Poll()) continue;
     TakeMessages();  // its last words may still wait in the socket
-    const int process = ModuleProcessOf(child.name());
-    if (process >= 0 && IsGone(process)) continue;
+    const auto process = std::ranges::find(processes_, child.name(), &ModuleProcess::name);
+    if (process != processes_.end() && IsGone(*process)) continue;
     if (killed_.contains(child.name())) continue;  // the sim will notice, if nobody restarts it
     if (watch_.OnExit(child.name(), child.status(), child.exit_text())) {
-      dead.emplace_back(process, child.exit_text());
+      dead.emplace_back(&*process, child.exit_text());
     }
   }
   for (const auto& [process, how] : dead) {
@@ -381,18 +365,18 @@ void Launcher::CarryOutOrders() {
 Result<void> Launcher::CarryOutOrder(const Order& order) {
   const std::optional<int> module = plan_.robot().FindModule(order.module);
   if (!module) return Fail("no such module: " + order.module);
-  const std::string name = NameOf(ProcessOf(*module));
-  ChildProcess* child = Find(name);
+  const ModuleProcess& process = ProcessOf(*module);
+  ChildProcess* child = Find(process.name);
   // Killed on purpose, it does not end the run; whether the others can go on without it is theirs
   // to find out.
   if (order.kills) {
-    if (child == nullptr || child->Poll()) return Fail(name + " does not run");
-    killed_.insert(name);
+    if (child == nullptr || child->Poll()) return Fail(process.name + " does not run");
+    killed_.insert(process.name);
     child->Signal(SIGKILL);
     return {};
   }
   incarnations_[*module] = std::max(incarnations_[*module], order.incarnation);
-  const Result<std::vector<std::string>> restarted = RestartModules(ProcessOf(*module));
+  const Result<std::vector<std::string>> restarted = RestartModules(process);
   return restarted ? Result<void>() : Fail(restarted.error().message);
 }
 

@@ -2,7 +2,6 @@
 // Starts a run's processes, watches them, and makes sure that all of them end.
 
 #include <list>
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -42,26 +41,27 @@ class Launcher {
   /// Starts logger, sim and modules, in this order: the log is open before anyone speaks. Fails at
   /// the first process that does not start; those before it run on, for StopAll to end.
   Result<void> StartAll();
-  /// How many processes share the modules, and which of them has the module of this index.
-  [[nodiscard]] int NumModuleProcesses() const;
-  [[nodiscard]] int ProcessOf(int module) const;
-  /// The modules of a process, by index in the robot, and its name in messages.
-  [[nodiscard]] std::vector<int> ModulesOf(int process) const;
-  [[nodiscard]] std::string NameOf(int process) const;
+  /// A process that one module has, or several share.
+  struct ModuleProcess {
+    std::string name;          ///< In messages.
+    std::vector<int> modules;  ///< By index in the robot.
+    std::string state;         ///< Path of the file that it saves its state to.
+    int restarts = 0;          ///< How often it was started again because it had died.
+  };
+  /// The process that has the module of this index.
+  ModuleProcess& ProcessOf(int module);
   /// All modules of a process have left the run; it has nothing more to do.
-  [[nodiscard]] bool IsGone(int process) const;
-  /// The process of modules of this name; -1 for sim and logger.
-  [[nodiscard]] int ModuleProcessOf(const std::string& name) const;
+  [[nodiscard]] bool IsGone(const ModuleProcess& process) const;
   /// Starts morphbus-module for the modules of this process; with `resume`, they go on from what
   /// the process before it has saved, or begin anew where their incarnation is a later one.
-  Result<void> StartModules(int process, bool resume);
+  Result<void> StartModules(const ModuleProcess& process, bool resume);
   /// Starts a process again that has ended. Modules whose state is lost get a later incarnation;
   /// their names are returned.
-  Result<std::vector<std::string>> RestartModules(int process);
+  Result<std::vector<std::string>> RestartModules(const ModuleProcess& process);
   /// The file that a module saves its state to.
-  [[nodiscard]] std::string StateFile(int module) const;
+  [[nodiscard]] std::string StateFile(const ModuleProcess& process, int module) const;
   /// Starts a module's process again, which has died; the run fails if it does not start.
-  void OnModuleDeath(int process, const std::string& how);
+  void OnModuleDeath(ModuleProcess* process, const std::string& how);
   /// What the sim wants done with a module's process.
   struct Order {
     bool kills = false;        ///< Else it is started again.
@@ -102,6 +102,7 @@ class Launcher {
   const RunOptions& options_;
   const RunDirectory& directory_;
   const RunRecord& record_;
+  std::vector<ModuleProcess> processes_;  ///< Of modules, in their order.
   /// All processes of the run, in the order in which they were started.
   std::list<ChildProcess> children_;
   std::optional<LauncherLink> sim_;  ///< None until StartAll has started the process.
@@ -117,8 +118,6 @@ class Launcher {
   std::vector<Order> orders_;  ///< Of the sim, not carried out yet; oldest first.
   /// By module: the incarnation that its process is told.
   std::vector<uint32_t> incarnations_;
-  /// By process of modules: how often it was started again because it had died.
-  std::map<int, int> restarts_;
   /// What the user is told next, once the line of progress is gone.
   std::vector<std::string> news_;
 };

@@ -120,8 +120,7 @@ std::optional<std::string> ImageFor(const model::Model& model, const std::string
   const std::optional<CompiledProgram> compiled = LoadProgram(program, keywords::KeywordsOf(model));
   if (!compiled) return std::nullopt;
   if (const std::string why = WhyNotFor(model, compiled->image); !why.empty()) {
-    Unusable(program + ": " + why);
-    return std::nullopt;
+    return Refuse(program + ": " + why);
   }
   *hash = compiled->hash;
   return compiled->image;
@@ -147,15 +146,9 @@ Result<ControlScript> ParseScript(const std::string& text) {
 
 std::optional<ControlScript> LoadScript(const std::string& path, const model::Model& model) {
   const Result<std::string> text = ReadFile(path, kMostScriptBytes);
-  if (!text) {
-    Unusable("--commands: " + text.error().message);
-    return std::nullopt;
-  }
+  if (!text) return Refuse("--commands: " + text.error().message);
   Result<ControlScript> script = ParseScript(*text);
-  if (!script) {
-    Unusable(path + ":" + script.error().message);
-    return std::nullopt;
-  }
+  if (!script) return Refuse(path + ":" + script.error().message);
   // Programs are compiled now, so that a mistake in one shows before anything runs.
   for (ScriptedCommand& scripted : script->commands) {
     const bool deploys = scripted.command.kind == bridge::ControlKind::kDeploy;
