@@ -24,49 +24,13 @@ struct UnauthenticCounts {
   std::vector<std::pair<std::string, int64_t>> channels;
 };
 
-/// What a process sent, received, missed and refused since it began; travels in HEALTH. Every
-/// authentic message that arrives counts as received or as bad; those that were sound and yet
-/// refused count as received, and once more below.
-struct Ledger {
-  /// Messages accepted, and messages published for the first time.
-  int64_t received = 0;
-  int64_t sent = 0;
-  int64_t lost = 0;       ///< Gaps in sequence numbers, later filled or not.
-  int64_t discarded = 0;  ///< Thrown away on purpose (--loss, --faults).
-  /// Messages that had come before, messages published again, and requests for such messages.
-  int64_t duplicates = 0;
-  int64_t resent = 0;
-  int64_t asked = 0;
-  /// Messages dropped because the own queue was full; messages that could not be decoded, or came
-  /// on a channel that the run does not have; and deadlines missed in real time.
-  int64_t queue_overflows = 0;
-  int64_t bad = 0;
-  int64_t missed_deadlines = 0;
-  /// Messages that had not the run's key.
-  UnauthenticCounts unauthentic;
-  /// The sim's: commands on CONTROL that were refused because they had been taken already or came
-  /// after a later one, or because they could not be read.
-  int64_t old_commands = 0;
-  int64_t malformed_commands = 0;
-  /// Messages that arrived twice, after later ones, or with flipped bits, on purpose (--faults).
-  int64_t doubled = 0;
-  int64_t delayed = 0;
-  int64_t corrupted = 0;
-  /// How often the process was started again after it had died, as the launcher tells it.
-  int64_t restarts = 0;
-  /// Messages with other bytes under a number that was had, and messages of a tick that is too old
-  /// or cannot have begun.
-  int64_t conflicts = 0;
-  int64_t outside_window = 0;
-  int64_t fragments = 0;  ///< Parts of messages longer than a datagram.
-  /// Filters that the kernel refused: every message of any program woke the process from then on.
+/// What a bus lost of what was sent to it, and what it did to messages on purpose
+/// (bridge/bus/faulty_bus.h), since it began; in messages.
+struct BusLosses {
+  int64_t queue_overflows = 0;  ///< Dropped because the bounded queue (4096) was full.
+  int64_t fragments = 0;        ///< Parts of long messages, which no process of ours sends.
+  /// Filters that the kernel refused: every message of any program wakes the process from then on.
   int64_t refused_filters = 0;
-  /// The first message that was refused by one of these three, for people; empty if there was none.
-  std::string first_refused;
-};
-
-/// What a bus did to messages on purpose since it began (bridge/bus/faulty_bus.h), in messages.
-struct InjectedFaults {
   int64_t discarded = 0;  ///< Thrown away.
   int64_t doubled = 0;    ///< Delivered twice.
   int64_t delayed = 0;    ///< Held back until later ones had come; copies count each.
@@ -97,6 +61,22 @@ struct Interest {
   }
 };
 
+/// The channels that a subscription is for.
+struct Channels {
+  enum class By : uint8_t {
+    kName,    ///< The one with exactly this name.
+    kPrefix,  ///< Every one whose name begins so: for loggers and spies.
+    /// Every one whose name begins and ends so, of which none wakes: for a process that will need
+    /// some and does not know yet which. A bus may deliver none of them, or the first message of
+    /// each once that is subscribed to by its name.
+    kBothEnds,
+  };
+  By by = By::kName;
+  std::string name;    ///< The whole name, or how names begin.
+  std::string suffix;  ///< How they end, for kBothEnds.
+  Interest interest;   ///< What is needed of the channel, for kName; of others all is.
+};
+
 /// One participant's access to the messages of a run. Delivery is as on UDP: a message may be lost,
 /// doubled or late, and no party is told. Not to be shared between threads.
 class Bus {
@@ -109,24 +89,20 @@ class Bus {
   /// Sends one message; at most 63 characters of channel name.
   virtual void Publish(const std::string& channel, const uint8_t* data, size_t size) = 0;
 
-  /// Receives the channel with exactly this name, or what of it is of `interest`. Subscribing again
-  /// replaces the handler and the interest.
-  virtual void Subscribe(const std::string& channel, Handler handler, const Interest& interest) = 0;
-  void Subscribe(const std::string& channel, Handler handler) {
-    Subscribe(channel, std::move(handler), Interest());
+  /// Receives what these channels carry. Doing so again for the same ones replaces the handler and
+  /// the interest.
+  virtual void Receive(const Channels& channels, Handler handler) = 0;
+  void Subscribe(const std::string& channel, Handler handler, const Interest& interest = {}) {
+    Receive({Channels::By::kName, channel, "", interest}, std::move(handler));
+  }
+  void SubscribePrefix(const std::string& prefix, Handler handler) {
+    Receive({Channels::By::kPrefix, prefix, "", {}}, std::move(handler));
+  }
+  void SubscribeQuietly(const std::string& prefix, const std::string& suffix, Handler handler) {
+    Receive({Channels::By::kBothEnds, prefix, suffix, {}}, std::move(handler));
   }
 
-  /// Receives every channel whose name begins with `prefix` (loggers, spies; wakes for all of
-  /// them).
-  virtual void SubscribePrefix(const std::string& prefix, Handler handler) = 0;
-
-  /// Receives every channel whose name begins with `prefix` and ends with `suffix`, and wakes for
-  /// none of them: for a process that will need some and does not know yet which. A bus may deliver
-  /// none, or the first one of each channel once that is subscribed to by its name.
-  virtual void SubscribeQuietly(const std::string& /*prefix*/, const std::string& /*suffix*/,
-                                Handler /*handler*/) {}
-
-  /// Drops the subscription to a channel or prefix of this name; nothing happens if there is none.
+  /// Drops the subscriptions to a channel and by a prefix of this name, if there are any.
   virtual void Unsubscribe(const std::string& channel) = 0;
 
   /// While `batch`, changes of subscriptions may wait until it ends: each one may cost the kernel a
@@ -143,24 +119,14 @@ class Bus {
   /// The same, with the limit in milliseconds.
   int Handle(int timeout_ms) { return HandleFor(int64_t{timeout_ms} * 1000); }
 
-  /// Messages dropped because the bounded queue (4096) was full.
-  [[nodiscard]] virtual int64_t queue_overflows() const { return 0; }
-
-  /// Fragments of long messages, which no process of ours sends; refused unread.
-  [[nodiscard]] virtual int64_t fragments() const { return 0; }
+  /// What was lost on the way to this bus's handlers.
+  [[nodiscard]] virtual BusLosses losses() const { return {}; }
 
   /// Messages dropped unread because they had not the run's key; only a SealedBus looks.
   [[nodiscard]] virtual const UnauthenticCounts& unauthentic() const {
     static const UnauthenticCounts none;
     return none;
   }
-
-  /// How often the kernel refused to filter what this bus does not need, so that everything on it
-  /// wakes the process.
-  [[nodiscard]] virtual int64_t refused_filters() const { return 0; }
-
-  /// What was done to messages on purpose; nothing but by a FaultyBus.
-  [[nodiscard]] virtual InjectedFaults injected() const { return {}; }
 };
 
 /// Changes of subscriptions take effect together, when this is destroyed at the latest.

@@ -1,8 +1,7 @@
 #include "bridge/bus/bus_adapters.h"
 
-#include <algorithm>
-#include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -11,16 +10,15 @@
 
 namespace morphbus::bridge {
 
-/// Which of the endpoints wants what; each channel is subscribed once on the shared bus.
+/// Which of the endpoints wants what; the same channels are subscribed to once on the shared bus.
 struct BusMux::Impl {
   /// A handler of an endpoint; shared, since it may be replaced while it runs.
   struct Client {
     std::shared_ptr<Bus::Handler> handler;
     Interest interest;
   };
-  /// The endpoints that want a channel or prefix, by number and so in order of connection.
+  /// The endpoints that want the same channels, by number and so in order of connection.
   using Route = std::map<int, Client>;
-  using Routes = TextTable<Route>;
 
   /// What all endpoints that want a channel need of it together.
   static Interest Merge(const Route& route) {
@@ -36,63 +34,45 @@ struct BusMux::Impl {
     return merged;
   }
 
-  /// A handler for the shared bus that passes on to all that want `name`.
-  Bus::Handler Distributor(Routes* routes, const std::string& name) {
-    return [routes, name](std::string_view channel, const uint8_t* data, size_t size) {
-      const auto found = routes->find(name);
-      if (found == routes->end()) return;
+  /// A handler for the shared bus that passes on to all on a route.
+  static Bus::Handler Distributor(const std::shared_ptr<Route>& to) {
+    return [to](std::string_view channel, const uint8_t* data, size_t size) {
       // Handlers may change subscriptions, so what is called is a copy.
-      if (found->second.size() == 1) {
-        const Client client = found->second.begin()->second;
+      if (to->size() == 1) {
+        const Client client = to->begin()->second;
         if (client.interest.Includes(data, size)) (*client.handler)(channel, data, size);
         return;
       }
-      const Route route = found->second;
+      const Route route = *to;
       for (const auto& [number, client] : route) {
         if (client.interest.Includes(data, size)) (*client.handler)(channel, data, size);
       }
     };
   }
 
-  /// Adds an endpoint's handler for a channel, or replaces it, as on any bus.
-  void Add(const std::string& name, int endpoint, Bus::Handler handler, const Interest& interest) {
-    Route& route = exact[name];
-    const Interest before = route.empty() ? Interest() : Merge(route);
-    const bool first = route.empty();
-    route[endpoint] = {std::make_shared<Bus::Handler>(std::move(handler)), interest};
-    // The shared bus is asked only by the first endpoint that wants the channel, or more of it.
-    const Interest now = Merge(route);
-    if (first || now != before) bus->Subscribe(name, Distributor(&exact, name), now);
+  /// Adds an endpoint's handler for channels, or replaces it, as on any bus.
+  void Add(const Channels& channels, int endpoint, Bus::Handler handler) {
+    std::shared_ptr<Route>& route = routes[channels.name][channels.by];
+    if (route == nullptr) route = std::make_shared<Route>();
+    const std::optional<Interest> before =
+        route->empty() ? std::nullopt : std::optional(Merge(*route));
+    (*route)[endpoint] = {std::make_shared<Bus::Handler>(std::move(handler)), channels.interest};
+    // The shared bus is asked only by the first endpoint that wants the channels, or more of them.
+    Channels shared = channels;
+    shared.interest = Merge(*route);
+    if (before != shared.interest) bus->Receive(shared, Distributor(route));
   }
 
-  /// The same for a prefix.
-  void AddPrefix(const std::string& name, int endpoint, Bus::Handler handler) {
-    Route& route = prefixes[name];
-    const bool first = route.empty();
-    route[endpoint] = {std::make_shared<Bus::Handler>(std::move(handler)), Interest()};
-    if (first) bus->SubscribePrefix(name, Distributor(&prefixes, name));
-  }
-
-  /// The same for channels that are told by both ends; all endpoints want the same ones.
-  void AddPattern(const std::string& prefix, const std::string& suffix, int endpoint,
-                  Bus::Handler handler) {
-    Route& route = patterns[prefix];
-    const bool first = route.empty();
-    route[endpoint] = {std::make_shared<Bus::Handler>(std::move(handler)), Interest()};
-    if (first) bus->SubscribeQuietly(prefix, suffix, Distributor(&patterns, prefix));
-  }
-
-  /// Drops an endpoint's handler, and the shared subscription with the last one.
-  void Remove(Routes* routes, const std::string& name, int endpoint) {
-    const auto found = routes->find(name);
-    if (found == routes->end()) return;
-    found->second.erase(endpoint);
+  /// Drops an endpoint's handlers under a name, and the shared subscriptions with the last one.
+  void Remove(const std::string& name, int endpoint) {
+    const auto found = routes.find(name);
+    if (found == routes.end()) return;
+    for (const auto& [by, route] : found->second) route->erase(endpoint);
+    std::erase_if(found->second, [](const auto& entry) { return entry.second->empty(); });
+    // The bus drops all that has this name together.
     if (!found->second.empty()) return;
-    routes->erase(found);
-    // The bus would drop all that has this name together.
-    if (!exact.contains(name) && !prefixes.contains(name) && !patterns.contains(name)) {
-      bus->Unsubscribe(name);
-    }
+    routes.erase(found);
+    bus->Unsubscribe(name);
   }
 
   /// Notes whether an endpoint waits for any message, and asks the shared bus for what any wants.
@@ -104,8 +84,8 @@ struct BusMux::Impl {
 
   Bus* bus;
   int num_endpoints = 0;  ///< That were ever connected.
-  // By name of the channel, by prefix, and for what is told by both ends by its prefix.
-  Routes exact, prefixes, patterns;
+  /// By the channels' name, and then by what it says of them.
+  TextTable<std::map<Channels::By, std::shared_ptr<Route>>> routes;
   /// Endpoints for which every message shall end a wait.
   std::set<int> wants_any;
 };
@@ -118,32 +98,18 @@ class BusMux::Endpoint : public ForwardingBus {
   ~Endpoint() override {
     // An endpoint that goes takes its subscriptions along.
     impl_->WakeForAny(number_, false);
-    for (Impl::Routes* routes : {&impl_->exact, &impl_->prefixes, &impl_->patterns}) {
-      std::vector<std::string> names;
-      for (const auto& [name, route] : *routes) names.push_back(name);
-      for (const std::string& name : names) impl_->Remove(routes, name, number_);
-    }
+    std::vector<std::string> names;
+    for (const auto& [name, routes] : impl_->routes) names.push_back(name);
+    for (const std::string& name : names) impl_->Remove(name, number_);
   }
   Endpoint(const Endpoint&) = delete;
   Endpoint& operator=(const Endpoint&) = delete;
 
-  using Bus::Subscribe;
-  void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override {
-    impl_->Add(channel, number_, std::move(handler), interest);
-  }
-  void SubscribePrefix(const std::string& prefix, Handler handler) override {
-    impl_->AddPrefix(prefix, number_, std::move(handler));
-  }
-  void SubscribeQuietly(const std::string& prefix, const std::string& suffix,
-                        Handler handler) override {
-    impl_->AddPattern(prefix, suffix, number_, std::move(handler));
+  void Receive(const Channels& channels, Handler handler) override {
+    impl_->Add(channels, number_, std::move(handler));
   }
   void WakeForAny(bool any) override { impl_->WakeForAny(number_, any); }
-  void Unsubscribe(const std::string& channel) override {
-    impl_->Remove(&impl_->exact, channel, number_);
-    impl_->Remove(&impl_->prefixes, channel, number_);
-    impl_->Remove(&impl_->patterns, channel, number_);
-  }
+  void Unsubscribe(const std::string& channel) override { impl_->Remove(channel, number_); }
 
  private:
   Impl* impl_;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "bridge/bus/bus.h"
 
@@ -19,17 +20,17 @@ class ForwardingBus : public Bus {
   void Publish(const std::string& channel, const uint8_t* data, size_t size) override {
     inner_->Publish(channel, data, size);
   }
+  void Receive(const Channels& channels, Handler handler) override {
+    inner_->Receive(channels, std::move(handler));
+  }
   void Unsubscribe(const std::string& channel) override { inner_->Unsubscribe(channel); }
   void BatchSubscriptions(bool batch) override { inner_->BatchSubscriptions(batch); }
   void WakeForAny(bool any) override { inner_->WakeForAny(any); }
   int HandleFor(int64_t timeout_us) override { return inner_->HandleFor(timeout_us); }
-  [[nodiscard]] int64_t queue_overflows() const override { return inner_->queue_overflows(); }
-  [[nodiscard]] int64_t fragments() const override { return inner_->fragments(); }
+  [[nodiscard]] BusLosses losses() const override { return inner_->losses(); }
   [[nodiscard]] const UnauthenticCounts& unauthentic() const override {
     return inner_->unauthentic();
   }
-  [[nodiscard]] int64_t refused_filters() const override { return inner_->refused_filters(); }
-  [[nodiscard]] InjectedFaults injected() const override { return inner_->injected(); }
 
  protected:
   /// Not owned.

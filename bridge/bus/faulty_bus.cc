@@ -134,8 +134,8 @@ void FaultyBus::Damage(std::vector<uint8_t>* bytes) {
 
 void FaultyBus::Deliver(const Delayed& message) {
   // The subscription may have ended while the message was held.
-  const auto found = message.book->find(message.name);
-  if (found == message.book->end()) return;
+  const auto found = handlers_.find(message.key);
+  if (found == handlers_.end()) return;
   // What has no subscriber any more is not counted, so that a receiver's bad messages can be
   // compared with this.
   injected_.corrupted += message.damaged ? 1 : 0;
@@ -155,16 +155,15 @@ void FaultyBus::Overtake(size_t count) {
   for (const Delayed& message : due) Deliver(message);
 }
 
-Bus::Handler FaultyBus::Wrap(const Book* book, const std::string& name) {
-  return [this, book, name](std::string_view channel, const uint8_t* data, size_t size) {
+Bus::Handler FaultyBus::Wrap(const Key& key) {
+  return [this, key](std::string_view channel, const uint8_t* data, size_t size) {
     // Copies of this message that are held from now on were not overtaken by it.
     const size_t waiting = delayed_.size();
     const std::vector<Fate> fates = Draw(channel, data, size);
     injected_.discarded += fates.empty() ? 1 : 0;
     injected_.doubled += fates.size() > 1 ? 1 : 0;
     for (const Fate& fate : fates) {
-      Delayed copy = {book,         name,      std::string(channel), {data, data + size},
-                      fate.damaged, fate.delay};
+      Delayed copy = {key, std::string(channel), {data, data + size}, fate.damaged, fate.delay};
       if (fate.damaged) Damage(&copy.bytes);
       injected_.delayed += fate.delay > 0 || fate.late_us > 0 ? 1 : 0;
       if (fate.late_us > 0) {
@@ -181,6 +180,15 @@ Bus::Handler FaultyBus::Wrap(const Book* book, const std::string& name) {
   };
 }
 
+BusLosses FaultyBus::losses() const {
+  BusLosses losses = inner_->losses();
+  losses.discarded += injected_.discarded;
+  losses.doubled += injected_.doubled;
+  losses.delayed += injected_.delayed;
+  losses.corrupted += injected_.corrupted;
+  return losses;
+}
+
 std::optional<int64_t> FaultyBus::next_late_us() const {
   if (late_.empty()) return std::nullopt;
   return late_.begin()->first;
@@ -195,30 +203,16 @@ void FaultyBus::DeliverLate() {
   }
 }
 
-void FaultyBus::Subscribe(const std::string& channel, Handler handler, const Interest& interest) {
+void FaultyBus::Receive(const Channels& channels, Handler handler) {
   // A receiver that no rule is for needs no copies of its messages.
-  if (rules_.empty()) return inner_->Subscribe(channel, std::move(handler), interest);
-  exact_[channel] = std::make_shared<Handler>(std::move(handler));
-  inner_->Subscribe(channel, Wrap(&exact_, channel), interest);
-}
-
-void FaultyBus::SubscribePrefix(const std::string& prefix, Handler handler) {
-  if (rules_.empty()) return inner_->SubscribePrefix(prefix, std::move(handler));
-  prefixes_[prefix] = std::make_shared<Handler>(std::move(handler));
-  inner_->SubscribePrefix(prefix, Wrap(&prefixes_, prefix));
-}
-
-void FaultyBus::SubscribeQuietly(const std::string& prefix, const std::string& suffix,
-                                 Handler handler) {
-  if (rules_.empty()) return inner_->SubscribeQuietly(prefix, suffix, std::move(handler));
-  quiet_[prefix] = std::make_shared<Handler>(std::move(handler));
-  inner_->SubscribeQuietly(prefix, suffix, Wrap(&quiet_, prefix));
+  if (rules_.empty()) return inner_->Receive(channels, std::move(handler));
+  const Key key(channels.name, channels.by);
+  handlers_[key] = std::make_shared<Handler>(std::move(handler));
+  inner_->Receive(channels, Wrap(key));
 }
 
 void FaultyBus::Unsubscribe(const std::string& channel) {
-  exact_.erase(channel);
-  prefixes_.erase(channel);
-  quiet_.erase(channel);
+  std::erase_if(handlers_, [&](const auto& entry) { return entry.first.first == channel; });
   inner_->Unsubscribe(channel);
 }
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "bridge/bus/bus_adapters.h"
@@ -75,13 +76,9 @@ class FaultyBus : public ForwardingBus {
             std::function<int64_t()> now_us = {});
 
   // As in Bus; what is received may suffer.
-  using Bus::Subscribe;
-  void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override;
-  void SubscribePrefix(const std::string& prefix, Handler handler) override;
-  void SubscribeQuietly(const std::string& prefix, const std::string& suffix,
-                        Handler handler) override;
+  void Receive(const Channels& channels, Handler handler) override;
   void Unsubscribe(const std::string& channel) override;
-  [[nodiscard]] InjectedFaults injected() const override { return injected_; }
+  [[nodiscard]] BusLosses losses() const override;
 
   /// When the next late message is due, on the receiver's clock; nothing if none is under way.
   [[nodiscard]] std::optional<int64_t> next_late_us() const;
@@ -89,12 +86,11 @@ class FaultyBus : public ForwardingBus {
   void DeliverLate();
 
  private:
-  /// Handlers by the name under which they subscribed. Shared, so that one may replace itself.
-  using Book = std::map<std::string, std::shared_ptr<Handler>>;
+  /// The channels of a subscription by their name, and what it says of them.
+  using Key = std::pair<std::string, Channels::By>;
   /// A message that later ones overtake.
   struct Delayed {
-    const Book* book = nullptr;
-    std::string name;  ///< Under which its handler is in the book.
+    Key key;  ///< Under which its handler is.
     std::string channel;
     std::vector<uint8_t> bytes;
     bool damaged = false;
@@ -108,10 +104,10 @@ class FaultyBus : public ForwardingBus {
   };
 
   /// A handler for the inner bus that lets the message suffer before its subscriber gets it.
-  Handler Wrap(const Book* book, const std::string& name);
+  Handler Wrap(const Key& key);
   /// What happens to the copies of a message; empty if it is lost.
   std::vector<Fate> Draw(std::string_view channel, const uint8_t* data, size_t size);
-  /// Hands a message to the subscriber of its name, if there still is one.
+  /// Hands a message to its subscriber, if there still is one.
   void Deliver(const Delayed& message);
   /// Another message has come: delivers those of the first `count` delayed ones that waited for it.
   void Overtake(size_t count);
@@ -122,22 +118,12 @@ class FaultyBus : public ForwardingBus {
 
   std::vector<FaultRule> rules_;  ///< Those for this process.
   SplitMix64 random_;             ///< Decides what becomes of a message.
-  // By name, by prefix, and those told by both ends by their prefix.
-  Book exact_, prefixes_, quiet_;
+  /// Shared, so that one may replace itself.
+  std::map<Key, std::shared_ptr<Handler>> handlers_;
   std::vector<Delayed> delayed_;          ///< Oldest first.
   std::multimap<int64_t, Delayed> late_;  ///< By when they are due; of equal ones the oldest first.
   std::function<int64_t()> now_us_;
-  InjectedFaults injected_;
-};
-
-/// Throws away a fraction of what arrives, and does nothing else.
-class LossyBus : public FaultyBus {
- public:
-  /// @param inner  outlives this bus.
-  /// @param loss   probability 0..1 with which a message is thrown away.
-  /// @param seed   of the random numbers; the same seed loses the same messages.
-  LossyBus(Bus* inner, double loss, uint64_t seed)
-      : FaultyBus(inner, WithLoss({}, loss, seed), "") {}
+  BusLosses injected_;  ///< What was done to messages here.
 };
 
 }  // namespace morphbus::bridge

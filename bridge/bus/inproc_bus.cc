@@ -45,37 +45,30 @@ class InprocEndpoint : public Bus {
     if (message != nullptr) hub_->Release(message);
   }
 
-  using Bus::Subscribe;
-  void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override {
+  void Receive(const Channels& channels, Handler handler) override {
+    if (channels.by == Channels::By::kBothEnds) {
+      DropPattern();
+      // The handler is never called: messages come once their channels are subscribed to.
+      subscriptions_.Add(channels, std::move(handler));
+      ++hub_->patterns_[{channels.name, channels.suffix}];
+      return;
+    }
     ++hub_->num_changes_;
-    const Subscriptions::Exact* subscription = subscriptions_.Add(channel, std::move(handler));
-    std::vector<InprocHub::Listener>& listeners = hub_->listeners_[channel];
+    const Subscriptions::Exact* subscription = subscriptions_.Add(channels, std::move(handler));
+    if (subscription == nullptr) return NoteBreadth();
+    std::vector<InprocHub::Listener>& listeners = hub_->listeners_[channels.name];
     const auto known = std::find_if(listeners.begin(), listeners.end(),
                                     [this](const auto& l) { return l.endpoint == this; });
-    if (known == listeners.end()) {
-      listeners.push_back({this, interest, subscription});
-      // What came before it was known that this channel is wanted.
-      const auto early = hub_->early_.find(channel);
-      if (early != hub_->early_.end() && subscriptions_.pattern().Matches(channel)) {
-        Enqueue(early->second, subscription);
-      }
-    } else {
-      known->interest = interest;
+    if (known != listeners.end()) {
+      known->interest = channels.interest;
+      return;
     }
-  }
-
-  void SubscribePrefix(const std::string& prefix, Handler handler) override {
-    ++hub_->num_changes_;
-    subscriptions_.AddPrefix(prefix, std::move(handler));
-    NoteBreadth();
-  }
-
-  void SubscribeQuietly(const std::string& prefix, const std::string& suffix,
-                        Handler handler) override {
-    DropPattern();
-    // The handler is never called: messages come once their channels are subscribed to.
-    subscriptions_.SetPattern(prefix, suffix, std::move(handler));
-    ++hub_->patterns_[{prefix, suffix}];
+    listeners.push_back({this, channels.interest, subscription});
+    // What came before it was known that this channel is wanted.
+    const auto early = hub_->early_.find(channels.name);
+    if (early != hub_->early_.end() && subscriptions_.pattern().Matches(channels.name)) {
+      Enqueue(early->second, subscription);
+    }
   }
 
   void Unsubscribe(const std::string& channel) override {

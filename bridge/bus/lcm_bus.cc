@@ -44,19 +44,9 @@ class SendingBus : public Bus {
     if (sender_ != nullptr && sender_->Send(channel, data, size)) return;
     lcm_publish(lcm_, channel.c_str(), data, static_cast<unsigned>(size));
   }
-  using Bus::Subscribe;
-  void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override {
-    subscriptions_.Add(channel, std::move(handler));
-    interests_[channel] = interest;
-    ChangeOrWait();
-  }
-  void SubscribePrefix(const std::string& prefix, Handler handler) override {
-    subscriptions_.AddPrefix(prefix, std::move(handler));
-    ChangeOrWait();
-  }
-  void SubscribeQuietly(const std::string& prefix, const std::string& suffix,
-                        Handler handler) override {
-    subscriptions_.SetPattern(prefix, suffix, std::move(handler));
+  void Receive(const Channels& channels, Handler handler) override {
+    subscriptions_.Add(channels, std::move(handler));
+    if (channels.by == Channels::By::kName) interests_[channels.name] = channels.interest;
     ChangeOrWait();
   }
   void Unsubscribe(const std::string& channel) override {
@@ -129,13 +119,14 @@ class UdpmBus : public SendingBus {
     return count;
   }
 
-  [[nodiscard]] int64_t queue_overflows() const override {
-    return waking_ == nullptr ? 0 : waking_->drops();
-  }
-  [[nodiscard]] int64_t fragments() const override { return datagrams_.fragments(); }
-  [[nodiscard]] int64_t refused_filters() const override {
-    return (waking_ == nullptr ? 0 : waking_->refused_filters()) +
-           (quiet_ == nullptr ? 0 : quiet_->refused_filters());
+  [[nodiscard]] BusLosses losses() const override {
+    BusLosses losses;
+    losses.fragments = datagrams_.fragments();
+    if (waking_ != nullptr) losses.queue_overflows = waking_->drops();
+    for (const UdpmSocket* socket : {waking_.get(), quiet_.get()}) {
+      if (socket != nullptr) losses.refused_filters += socket->refused_filters();
+    }
+    return losses;
   }
 
  private:

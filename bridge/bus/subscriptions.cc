@@ -6,21 +6,21 @@
 
 namespace morphbus::bridge {
 
-const Subscriptions::Exact* Subscriptions::Add(const std::string& channel, Bus::Handler handler) {
-  // Messages that wait for the subscription are for the new handler.
-  std::unique_ptr<Exact>& subscription = exact_[channel];
-  if (subscription == nullptr) subscription = std::make_unique<Exact>();
-  subscription->handler = std::make_shared<Bus::Handler>(std::move(handler));
-  return subscription.get();
-}
-
-void Subscriptions::AddPrefix(const std::string& prefix, Bus::Handler handler) {
-  prefixes_[prefix] = std::make_shared<Bus::Handler>(std::move(handler));
-}
-
-void Subscriptions::SetPattern(const std::string& prefix, const std::string& suffix,
-                               Bus::Handler handler) {
-  pattern_ = {prefix, suffix, std::make_shared<Bus::Handler>(std::move(handler))};
+const Subscriptions::Exact* Subscriptions::Add(const Channels& channels, Bus::Handler handler) {
+  auto shared = std::make_shared<Bus::Handler>(std::move(handler));
+  if (channels.by == Channels::By::kName) {
+    // Messages that wait for the subscription are for the new handler.
+    std::unique_ptr<Exact>& subscription = exact_[channels.name];
+    if (subscription == nullptr) subscription = std::make_unique<Exact>();
+    subscription->handler = std::move(shared);
+    return subscription.get();
+  }
+  if (channels.by == Channels::By::kPrefix) {
+    prefixes_[channels.name] = std::move(shared);
+  } else {
+    pattern_ = {channels.name, channels.suffix, std::move(shared)};
+  }
+  return nullptr;
 }
 
 bool Subscriptions::Remove(const std::string& name) {

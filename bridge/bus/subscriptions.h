@@ -27,12 +27,9 @@ class Subscriptions {
   /// Handlers by the prefix, in its order; shared, so that one can be replaced while it runs.
   using OrderedBook = std::map<std::string, std::shared_ptr<Bus::Handler>, std::less<>>;
 
-  /// As Bus::Subscribe and Bus::SubscribePrefix: an earlier handler of the same name is replaced.
-  const Exact* Add(const std::string& channel, Bus::Handler handler);
-  void AddPrefix(const std::string& prefix, Bus::Handler handler);
-  /// As Bus::SubscribeQuietly. No process needs two of them, so that a further one replaces the
-  /// first.
-  void SetPattern(const std::string& prefix, const std::string& suffix, Bus::Handler handler);
+  /// As Bus::Receive. Returns the subscription to one channel, null for others. No process needs
+  /// two of Channels::By::kBothEnds, so that a further one replaces the first.
+  const Exact* Add(const Channels& channels, Bus::Handler handler);
   /// Drops channel and prefix of this name; false if there was neither.
   bool Remove(const std::string& name);
 

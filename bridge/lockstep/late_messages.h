@@ -30,11 +30,9 @@ class LateMessages : public Participant {
   }
   /// While nothing is under way; what is comes in the end.
   [[nodiscard]] bool done() const override { return next_deadline_us() == kNever; }
-  [[nodiscard]] const Ledger& ledger() const override { return ledger_; }
 
  private:
   std::vector<FaultyBus*> buses_;
-  Ledger ledger_;
 };
 
 }  // namespace morphbus::bridge

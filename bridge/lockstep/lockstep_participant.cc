@@ -18,24 +18,6 @@ std::string ParticipantBase::ChannelOf(std::string_view process, Topic topic) co
   return Channel(outbox_.sender().run, process, topic);
 }
 
-void ParticipantBase::CountBusLosses() {
-  // The bus counts from its beginning, so its sums replace what the ledger had.
-  ledger_.queue_overflows = bus_->queue_overflows();
-  const InjectedFaults injected = bus_->injected();
-  ledger_.discarded = injected.discarded;
-  ledger_.doubled = injected.doubled;
-  ledger_.delayed = injected.delayed;
-  ledger_.corrupted = injected.corrupted;
-  ledger_.fragments = bus_->fragments();
-  ledger_.refused_filters = bus_->refused_filters();
-  // Names are copied only when there is something new.
-  const UnauthenticCounts& unauthentic = bus_->unauthentic();
-  if (unauthentic.all != ledger_.unauthentic.all) ledger_.unauthentic = unauthentic;
-  if (ledger_.fragments > 0 && ledger_.first_refused.empty()) {
-    ledger_.first_refused = "a fragment of a message that is longer than a datagram";
-  }
-}
-
 void ParticipantBase::CountRefused(int64_t Ledger::*count, std::string_view channel,
                                    const std::string& why) {
   // Every refusal counts; only the first is told in words, since the others are mostly like it.

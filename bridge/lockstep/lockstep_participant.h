@@ -25,10 +25,11 @@ namespace morphbus::bridge {
 /// The part that does not depend on the kind of state machine.
 class ParticipantBase : public Participant {
  public:
-  /// What was sent, received and missed so far.
-  [[nodiscard]] const Ledger& ledger() const final { return ledger_; }
+  /// What was sent, received and missed so far, the bus's own losses included (as of the last
+  /// OnTime).
+  [[nodiscard]] const Ledger& ledger() const { return ledger_; }
   /// Brings what the bus itself lost, by overflow or on purpose, into the ledger.
-  void CountBusLosses();
+  void CountBusLosses() { CountLosses(*bus_, &ledger_); }
   /// Sends HEALTH: the ledger and the resources of the process, and what it has published. Several
   /// messages if one cannot hold all that Lateness has.
   void PublishHealth();

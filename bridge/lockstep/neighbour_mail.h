@@ -9,7 +9,6 @@
 #include <string_view>
 #include <vector>
 
-#include "bridge/bus/bus.h"
 #include "bridge/lockstep/sequence_tracker.h"
 #include "vm/module_api.h"
 

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "bridge/bus/bus.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
+#include "bridge/wire/health.h"
 #include "bridge/wire/stream_hash.h"
 #include "compiler/base/text_hash.h"
 

@@ -62,8 +62,6 @@ class Participant {
   [[nodiscard]] virtual int64_t next_deadline_us() const = 0;
   /// True once the run is over for this participant, well or not.
   [[nodiscard]] virtual bool done() const = 0;
-  /// What went missing so far, the bus's own losses included (as of the last OnTime).
-  [[nodiscard]] virtual const Ledger& ledger() const = 0;
 };
 
 /// Runs participants that share one bus until all are done or `*stop` (may be null; set by a signal

@@ -5,7 +5,7 @@
 #include <set>
 #include <vector>
 
-#include "bridge/bus/bus.h"
+#include "bridge/wire/health.h"
 
 namespace morphbus::bridge {
 

@@ -9,6 +9,17 @@
 
 namespace morphbus::bridge {
 
+/// What a process sent, received, missed and refused since it began: the counts of HEALTH, as
+/// lcmtypes/health_t.lcm explains them, and its two fields about what was refused; MakeHealth fills
+/// in the rest. Every authentic message that arrives counts as received or as bad; those that were
+/// sound and yet refused count as received, and once more as conflicts, outside_window or fragments.
+struct Ledger : morphbus::health_t {
+  Ledger() : morphbus::health_t{} {}
+};
+
+/// Takes over what a bus has lost, which it counts from its beginning.
+void CountLosses(const Bus& bus, Ledger* ledger);
+
 /// The first message that had not the run's key, and the first that was refused for another reason
 /// (Ledger::first_refused), for people; empty if there was none.
 std::string FirstRefused(const Ledger& ledger);

@@ -6,7 +6,7 @@
 
 namespace morphbus::bridge {
 
-void SealingBus::Publish(const std::string& channel, const uint8_t* data, size_t size) {
+void SealedBus::Publish(const std::string& channel, const uint8_t* data, size_t size) {
   if (key_.open()) return inner_->Publish(channel, data, size);
   // The caller's bytes are not changed, since it may keep them to send them again.
   sealed_.assign(data, data + size);
@@ -14,13 +14,14 @@ void SealingBus::Publish(const std::string& channel, const uint8_t* data, size_t
   inner_->Publish(channel, sealed_.data(), size);
 }
 
-Bus::Handler SealedBus::Checked(Handler handler) {
-  return [this, handler = std::move(handler)](std::string_view channel, const uint8_t* data,
-                                              size_t size) {
+void SealedBus::Receive(const Channels& channels, Handler handler) {
+  if (hears_ == Hears::kAll) return inner_->Receive(channels, std::move(handler));
+  inner_->Receive(channels, [this, handler = std::move(handler)](
+                                std::string_view channel, const uint8_t* data, size_t size) {
     // Handlers need not ask again who a message is from.
     if (!key_.IsAuthentic(channel, data, size)) return CountUnauthentic(channel);
     handler(channel, data, size);
-  };
+  });
 }
 
 void SealedBus::CountUnauthentic(std::string_view channel) {
@@ -36,19 +37,6 @@ void SealedBus::CountUnauthentic(std::string_view channel) {
     // A stranger may make up names without end: of so many the counts are kept.
     unauthentic_.channels.emplace_back(local, 1);
   }
-}
-
-void SealedBus::Subscribe(const std::string& channel, Handler handler, const Interest& interest) {
-  SealingBus::Subscribe(channel, Checked(std::move(handler)), interest);
-}
-
-void SealedBus::SubscribePrefix(const std::string& prefix, Handler handler) {
-  SealingBus::SubscribePrefix(prefix, Checked(std::move(handler)));
-}
-
-void SealedBus::SubscribeQuietly(const std::string& prefix, const std::string& suffix,
-                                 Handler handler) {
-  SealingBus::SubscribeQuietly(prefix, suffix, Checked(std::move(handler)));
 }
 
 std::string UnauthenticText(const UnauthenticCounts& counts) {

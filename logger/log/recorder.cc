@@ -103,8 +103,6 @@ bool Recorder::done() const {
          (HasAllLedgers() || (ledgers_due_us_ >= 0 && time_->NowUs() >= ledgers_due_us_));
 }
 
-const bridge::Ledger& Recorder::ledger() const { return participant_->ledger(); }
-
 template <class M>
 void Recorder::WriteOwn(const std::string& channel, int64_t sequence, M* message) {
   message->header.auth = 0;  // It never travels on the bus.

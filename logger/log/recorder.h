@@ -86,8 +86,6 @@ class Recorder : public bridge::Participant {
   /// True once the run is over and every process has sent its last ledger, or had time to; also
   /// once the disk refused: see error().
   [[nodiscard]] bool done() const override;
-  /// What the logger received, lost and asked for again so far.
-  [[nodiscard]] const bridge::Ledger& ledger() const override;
 
   /// Publishes HEALTH and flushes the log to the operating system. To be called about once a second
   /// of wall time, so that a killed run loses a second at most. A failure to write shows in

@@ -14,6 +14,7 @@
 #include "bridge/lockstep/sequence_tracker.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/stream_hash.h"
+#include "test/bridge/lossy_bus.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -112,16 +113,13 @@ TEST(LcmUrl, BadOnesAreRefusedInOneSentence) {
 /// Notes what it is asked for.
 class NotingBus : public Bus {
  public:
-  using Bus::Subscribe;
   void Publish(const std::string&, const uint8_t*, size_t) override {}
-  void Subscribe(const std::string& channel, Handler, const Interest& interest) override {
-    interests[channel] = interest;
+  void Receive(const Channels& channels, Handler) override {
+    interests[channels.name] = channels.interest;
   }
-  void SubscribePrefix(const std::string&, Handler) override {}
   void Unsubscribe(const std::string& channel) override { interests.erase(channel); }
   void WakeForAny(bool any) override { wakes_for_any = any; }
   int HandleFor(int64_t) override { return 0; }
-  [[nodiscard]] int64_t queue_overflows() const override { return 0; }
 
   std::map<std::string, Interest> interests;
   bool wakes_for_any = false;
@@ -193,7 +191,7 @@ TEST(Ledger, CountsInjectedLossExactly) {
       sender->Publish("x", number, 2);
       hub.HandleAll();
     }
-    EXPECT_EQ(heard + lossy.injected().discarded, kSent);
+    EXPECT_EQ(heard + lossy.losses().discarded, kSent);
     // What is lost before the first message that is heard, or after the last, leaves no gap.
     EXPECT_EQ(ledger.lost, last - first + 1 - heard);
     if (loss == 0.2) {

@@ -286,13 +286,10 @@ class ControlServiceTest : public ::testing::Test {
     void Publish(const std::string& channel, const uint8_t* data, size_t size) override {
       bus_->Publish(channel, data, size);
     }
-    void Subscribe(const std::string& channel, Handler handler, const Interest&) override {
-      bus_->Subscribe(channel, [this, handler](std::string_view c, const uint8_t* d, size_t n) {
+    void Receive(const Channels& channels, Handler handler) override {
+      bus_->Receive(channels, [this, handler](std::string_view c, const uint8_t* d, size_t n) {
         if (--deaf_ < 0) handler(c, d, n);
       });
-    }
-    void SubscribePrefix(const std::string& prefix, Handler handler) override {
-      bus_->SubscribePrefix(prefix, std::move(handler));
     }
     void Unsubscribe(const std::string& channel) override { bus_->Unsubscribe(channel); }
     int HandleFor(int64_t timeout_us) override {

@@ -226,6 +226,14 @@ std::vector<Participant*> FakeRun::participants() {
   return all;
 }
 
+std::vector<const Ledger*> FakeRun::ledgers() const {
+  std::vector<const Ledger*> all;
+  for (const Module& module : modules) all.push_back(&module.participant->ledger());
+  if (log != nullptr) all.push_back(&log->ledger());
+  all.push_back(&sim->ledger());
+  return all;
+}
+
 bool FakeRun::Run() {
   return RunUntil([this] {
     for (const Participant* participant : participants()) {

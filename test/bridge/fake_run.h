@@ -98,6 +98,8 @@ class FakeRun {
   bool RunUntil(const std::function<bool()>& done);
 
   [[nodiscard]] std::vector<Participant*> participants();
+  /// Theirs, in the same order.
+  [[nodiscard]] std::vector<const Ledger*> ledgers() const;
 
   struct Seat {
     /// On the run's hub and with its key, for a process that comes later.

@@ -131,7 +131,7 @@ class FaultyBusTest : public testing::Test {
       sender->Publish(channel, bytes.data(), bytes.size());
       hub.HandleAll();
     }
-    injected_ = bus.injected();
+    injected_ = bus.losses();
     return heard;
   }
 
@@ -150,7 +150,7 @@ class FaultyBusTest : public testing::Test {
     return bytes;
   }
 
-  InjectedFaults injected_;
+  BusLosses injected_;
 };
 
 TEST_F(FaultyBusTest, EveryFlippedBitIsFoundByTheCrc) {
@@ -200,7 +200,7 @@ TEST_F(FaultyBusTest, LateMessagesComeWhenTheirTimeIsOver) {
   late.OnTime();
   EXPECT_EQ(heard, (std::vector<std::string>{"run/other", "run/late"}));
   EXPECT_TRUE(late.done());
-  EXPECT_EQ(bus.injected().delayed, 1);
+  EXPECT_EQ(bus.losses().delayed, 1);
 }
 
 TEST_F(FaultyBusTest, DoubledMessagesComeTwice) {
@@ -274,14 +274,14 @@ TEST(FaultyRun, AllKindsOfFaultsChangeNoPayloadIn20Seeds) {
     EXPECT_TRUE(rough.sim->outcome().ok) << rough.sim->outcome().error;
     EXPECT_EQ(rough.sim->outcome().run_hash, smooth.sim->outcome().run_hash);
     EXPECT_EQ(rough.sim->outcome().recorded_hash, smooth.sim->outcome().run_hash);
-    for (Participant* participant : rough.participants()) {
-      participant->OnTime();  // takes over what the bus has counted
-      const Ledger& ledger = participant->ledger();
-      EXPECT_GT(ledger.discarded, 0);
-      EXPECT_GT(ledger.doubled, 0);
-      EXPECT_GT(ledger.delayed, 0);
-      EXPECT_GT(ledger.corrupted, 0);
-      EXPECT_EQ(ledger.bad, ledger.corrupted) << "each was found, and nothing else was bad";
+    // They take over what their buses have counted.
+    for (Participant* participant : rough.participants()) participant->OnTime();
+    for (const Ledger* ledger : rough.ledgers()) {
+      EXPECT_GT(ledger->discarded, 0);
+      EXPECT_GT(ledger->doubled, 0);
+      EXPECT_GT(ledger->delayed, 0);
+      EXPECT_GT(ledger->corrupted, 0);
+      EXPECT_EQ(ledger->bad, ledger->corrupted) << "each was found, and nothing else was bad";
     }
   }
 }

@@ -30,7 +30,7 @@ void Append(std::vector<uint8_t>* out, const void* data, size_t size) {
 
 /// Adds the refusals of one process.
 void AddRefusals(const Ledger& one, Ledger* sum) {
-  sum->unauthentic.all += one.unauthentic.all;
+  sum->unauthentic += one.unauthentic;
   sum->bad += one.bad;
   sum->conflicts += one.conflicts;
   sum->outside_window += one.outside_window;
@@ -205,9 +205,7 @@ Outcome OutcomeOf(FakeRun* run) {
   }
   for (const FakeRun::Module& module : run->modules) module.controller->Save(&outcome.state);
   outcome.moves = run->robot.actuations;
-  for (const Participant* participant : run->participants()) {
-    AddRefusals(participant->ledger(), &outcome.refused);
-  }
+  for (const Ledger* ledger : run->ledgers()) AddRefusals(*ledger, &outcome.refused);
   outcome.seconds = static_cast<double>(run->time.NowUs()) * 1e-6;
   return outcome;
 }

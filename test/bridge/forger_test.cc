@@ -127,7 +127,7 @@ TEST_P(Forged, HarmsNoRun) {
     EXPECT_TRUE(AllAgree(outcome)) << "seed " << seed;
     EXPECT_LT(outcome.seconds, Undisturbed().outcome.seconds + 0.1) << "seed " << seed;
     // The logger hears everything, if only until it is done.
-    EXPECT_LE(outcome.refused.unauthentic.all, int64_t{5} * spoken);
+    EXPECT_LE(outcome.refused.unauthentic, int64_t{5} * spoken);
     EXPECT_EQ(run.logged_bad + run.logged_refused, 0) << "seed " << seed;
   }
 }

@@ -46,7 +46,7 @@ TEST(InprocBus, NothingIsLostHoweverMuchWaits) {
   for (size_t i = 0; i < kCount; ++i) a->Publish("x", kThreeBytes.data(), kThreeBytes.size());
   hub.HandleAll();
   EXPECT_EQ(heard, kCount);
-  EXPECT_EQ(a->queue_overflows(), 0);
+  EXPECT_EQ(a->losses().queue_overflows, 0);
 }
 
 TEST(InprocBus, WhoListensQuietlyHasTheFirstMessageOfAChannelOnceItIsNamed) {

@@ -36,10 +36,10 @@ TEST(Lockstep, WhereNothingIsLostNothingIsAskedForOrSentAgain) {
     options.modules = modules;
     FakeRun run(options);
     ASSERT_TRUE(run.Run());
-    for (const Participant* participant : run.participants()) {
-      EXPECT_EQ(participant->ledger().asked, 0);
-      EXPECT_EQ(participant->ledger().resent, 0);
-      EXPECT_EQ(participant->ledger().duplicates, 0);
+    for (const Ledger* ledger : run.ledgers()) {
+      EXPECT_EQ(ledger->asked, 0);
+      EXPECT_EQ(ledger->resent, 0);
+      EXPECT_EQ(ledger->duplicates, 0);
     }
   }
 }

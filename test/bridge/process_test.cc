@@ -19,6 +19,7 @@
 #include "bridge/lockstep/sim_participant.h"
 #include "test/bridge/fake_images.h"
 #include "test/bridge/fake_run.h"
+#include "test/bridge/lossy_bus.h"
 #include "vm/image/kinematics_verifier.h"
 #include "vm/image/verifier.h"
 

@@ -30,9 +30,8 @@ class LatenessTest : public testing::Test {
     ASSERT_TRUE(run.Run());
     EXPECT_TRUE(run.sim->outcome().ok) << run.sim->outcome().error;
     missed_ = run.sim->outcome().missed_deadlines;
-    for (const Participant* participant : run.participants()) {
-      const Ledger& ledger = participant->ledger();
-      EXPECT_EQ(ledger.outside_window + ledger.conflicts, 0) << ledger.first_refused;
+    for (const Ledger* ledger : run.ledgers()) {
+      EXPECT_EQ(ledger->outside_window + ledger->conflicts, 0) << ledger->first_refused;
     }
     const auto ear = run.hub.Connect();
     ear->Subscribe("test/SIM/HEALTH", [this](std::string_view, const uint8_t* data, size_t size) {

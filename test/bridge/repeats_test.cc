@@ -352,8 +352,8 @@ TEST(Health, TheFirstMessageWithoutTheKeyIsNamedWhateverWasRefusedBefore) {
   EXPECT_EQ(FirstRefused(ledger), "");
   ledger.first_refused = "m2/ACTUATOR: tick 9 in tick 70";
   EXPECT_EQ(FirstRefused(ledger), "m2/ACTUATOR: tick 9 in tick 70");
-  ledger.unauthentic.all = 5;
-  ledger.unauthentic.channels = {{"SIM/CLOCK", 3}, {"m2/STATUS", 2}};
+  ledger.unauthentic = 5;
+  ledger.unauthentic_channels = {{"SIM/CLOCK", 3}, {"m2/STATUS", 2}};
   EXPECT_EQ(FirstRefused(ledger),
             "SIM/CLOCK: not authentic: of another run, altered or made up; "
             "m2/ACTUATOR: tick 9 in tick 70");

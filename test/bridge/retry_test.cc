@@ -13,6 +13,7 @@
 #include "bridge/lockstep/retry_timer.h"
 #include "bridge/lockstep/sim_lockstep.h"
 #include "test/bridge/fake_run.h"
+#include "test/bridge/lossy_bus.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -243,10 +244,9 @@ class DelayingBus : public LossyBus {
  public:
   explicit DelayingBus(Bus* inner) : LossyBus(inner, 0, 1) {}
 
-  using LossyBus::Subscribe;
-  void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override {
-    if (channel != "test/m1/ACTUATOR") {
-      return LossyBus::Subscribe(channel, std::move(handler), interest);
+  void Receive(const Channels& channels, Handler handler) override {
+    if (channels.name != "test/m1/ACTUATOR") {
+      return LossyBus::Receive(channels, std::move(handler));
     }
     const auto keep = [this, handler = std::move(handler)](std::string_view name,
                                                            const uint8_t* data, size_t size) {
@@ -255,7 +255,7 @@ class DelayingBus : public LossyBus {
             handler(name, bytes.data(), bytes.size());
           });
     };
-    LossyBus::Subscribe(channel, keep, interest);
+    LossyBus::Receive(channels, keep);
   }
 
   void LetThrough() {

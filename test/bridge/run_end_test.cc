@@ -8,6 +8,7 @@
 #include "bridge/lockstep/run_ending.h"
 #include "bridge/wire/codec.h"
 #include "test/bridge/fake_run.h"
+#include "test/bridge/lossy_bus.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -238,9 +239,9 @@ TEST(RunEnd, ALoggerThatNeverHearsTheVerdictDoesNotCallTheRunClean) {
 class AlteringBus : public LossyBus {
  public:
   explicit AlteringBus(Bus* inner) : LossyBus(inner, 0, 1) {}
-  void SubscribePrefix(const std::string& prefix, Handler handler) override {
-    LossyBus::SubscribePrefix(
-        prefix,
+  void Receive(const Channels& channels, Handler handler) override {
+    LossyBus::Receive(
+        channels,
         [handler = std::move(handler)](std::string_view channel, const uint8_t* data, size_t size) {
           morphbus::actuator_t command;
           std::vector<uint8_t> bytes(data, data + size);

@@ -258,7 +258,8 @@ std::vector<SampleMessage> SampleMessages() {
   hello.build = "0.1.0";
   Ledger ledger;
   ledger.received = 5;
-  ledger.unauthentic = {3, {{"m2/ACTUATOR", 2}, {"HELLO", 1}}};
+  ledger.unauthentic = 3;
+  ledger.unauthentic_channels = {{"m2/ACTUATOR", 2}, {"HELLO", 1}};
   morphbus::health_t health = MakeHealth("m3", ledger);
   morphbus::lateness_t& lateness = health.lateness.emplace_back();
   lateness.module_name = "m7";

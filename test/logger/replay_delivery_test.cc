@@ -28,12 +28,8 @@ class LossyBus : public bridge::Bus {
   void Publish(const std::string& channel, const uint8_t* data, size_t size) override {
     bus_->Publish(channel, data, size);
   }
-  void Subscribe(const std::string& channel, Handler handler,
-                 const bridge::Interest& interest) override {
-    bus_->Subscribe(channel, Lossy(std::move(handler)), interest);
-  }
-  void SubscribePrefix(const std::string& prefix, Handler handler) override {
-    bus_->SubscribePrefix(prefix, Lossy(std::move(handler)));
+  void Receive(const bridge::Channels& channels, Handler handler) override {
+    bus_->Receive(channels, Lossy(std::move(handler)));
   }
   void Unsubscribe(const std::string& channel) override { bus_->Unsubscribe(channel); }
   int HandleFor(int64_t timeout_us) override { return bus_->HandleFor(timeout_us); }

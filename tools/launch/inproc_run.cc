@@ -27,11 +27,11 @@ struct FaultyEndpoint {
   FaultyEndpoint(bridge::InprocHub* hub, const bridge::RunKey& key, const bridge::FaultPlan& faults,
                  std::string_view process, const bridge::TimeSource& time)
       : endpoint(hub->Connect()),
-        sealed(endpoint.get(), key),
+        sealed(endpoint.get(), key, bridge::SealedBus::Hears::kAll),
         bus(&sealed, faults, process, [&time] { return time.NowUs(); }) {}
 
   std::unique_ptr<bridge::Bus> endpoint;
-  bridge::SealingBus sealed;
+  bridge::SealedBus sealed;
   bridge::FaultyBus bus;
 };
 

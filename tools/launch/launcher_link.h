@@ -64,8 +64,7 @@ std::string StopReason(LauncherLink* link,
 inline constexpr int64_t kWatchUs = 50000;
 
 /// Calls a function every so often beside the participants of a run, and never keeps the run going
-/// itself. It is a Participant because the loop that runs these wakes up in time for the next one;
-/// it sends and receives nothing, so its ledger stays empty.
+/// itself. It is a Participant because the loop that runs these wakes up in time for the next one.
 class Ticker : public bridge::Participant {
  public:
   /// @param period_us  microseconds of wall time between two calls.
@@ -77,14 +76,12 @@ class Ticker : public bridge::Participant {
   [[nodiscard]] int64_t next_deadline_us() const override { return next_us_; }
   /// Always, so that the run does not wait for it.
   [[nodiscard]] bool done() const override { return true; }
-  [[nodiscard]] const bridge::Ledger& ledger() const override { return ledger_; }
 
  private:
   int64_t period_us_;
   std::function<void()> call_;
   /// The wall's monotonic clock, also in a run whose participants go by virtual time.
   bridge::MonotonicTime time_;
-  bridge::Ledger ledger_;
   /// When to call next, on `time_`; 0 makes the first call happen at once.
   int64_t next_us_ = 0;
 };
