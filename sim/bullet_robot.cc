@@ -6,7 +6,6 @@
 #include <tuple>
 #include <utility>
 
-#include "compiler/base/check.h"
 #include "compiler/model/forward_kinematics.h"
 #include "sim/breakdown.h"
 #include "sim/engine_limits.h"
@@ -34,21 +33,6 @@ bool SameConnections(std::vector<model::Docking> a, std::vector<model::Docking> 
 // A module's own joint value and the physics' canonical angle: q = start + sign * theta, and back.
 double ModuleValue(const JointSpec& spec, double theta) { return spec.start + spec.sign * theta; }
 double Theta(const JointSpec& spec, double q) { return spec.sign * (q - spec.start); }
-
-// A command of a module, in its own values, as one of the servo, in canonical angles. A speed limit
-// has no sign, a velocity has.
-ServoCommand ToServo(const JointSpec& spec, const morphbus::joint_command_t& command) {
-  ServoCommand servo;
-  if (command.mode == morphbus::joint_command_t::MODE_POSITION) {
-    servo.mode = ServoMode::kPosition;
-    servo.target = Theta(spec, command.target_si);
-    servo.speed = command.speed_si;
-  } else if (command.mode == morphbus::joint_command_t::MODE_VELOCITY) {
-    servo.mode = ServoMode::kVelocity;
-    servo.speed = spec.sign * command.speed_si;
-  }
-  return servo;
-}
 
 // Velocities of a new body from those of the links it is made of: the mean, weighted with mass.
 BodyState InheritedState(const World& old_world, const BodySpec& body) {
@@ -284,7 +268,7 @@ void BulletRobot::ApplyJointCommands() {
     for (size_t j = 0; j < count; ++j) {
       if (joints[j] < 0) continue;
       const JointSpec& spec = rigid_bodies.joints[joints[j]];
-      world_->Command(joints[j], ToServo(spec, actuator.joints[j]));
+      world_->Command(joints[j], ToServo(actuator.joints[j], spec.start, spec.sign));
     }
   }
 }
@@ -370,15 +354,6 @@ LinkPoseTable BulletRobot::LinkPoses() const {
     }
   }
   return X_WL;
-}
-
-Pose BulletRobot::LinkPose(int module, int link) const {
-  const RigidBodyModel& rigid_bodies = world_->rigid_bodies();
-  const int b = rigid_bodies.body_of[module][link];
-  for (const LinkSpec& spec : rigid_bodies.bodies[b].links) {
-    if (spec.ref.module == module && spec.ref.link == link) return world_->body(b).X_WB * spec.X_BL;
-  }
-  MORPHBUS_CHECK(false);  // a body holds the links that body_of says
 }
 
 model::JointValues BulletRobot::Positions() const {

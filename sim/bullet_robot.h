@@ -70,7 +70,9 @@ class BulletRobot : public ControlledRobot {
                        const std::string& mate_connector = "") override;
   Result<void> Push(const std::string& module, const Eigen::Vector3d& f_W,
                     const std::string& link = "", double seconds = 0) override;
-  [[nodiscard]] Pose LinkPose(int module, int link) const override;
+  [[nodiscard]] Pose LinkPose(int module, int link) const override {
+    return LinkPoses()[module][link];
+  }
   void Lose(int module) override { lost_.insert(module); }
   /// A joint that stands far beyond its limits, or a body that is nowhere (sim/breakdown.h).
   [[nodiscard]] std::string Breakdown() const override { return breakdown_; }

@@ -16,6 +16,17 @@ constexpr double kPush = 10.0;
 
 }  // namespace
 
+ServoCommand ToServo(const morphbus::joint_command_t& command, double start, double sign) {
+  // Anything but a target or a speed leaves the joint where it is.
+  ServoCommand servo;
+  if (command.mode == morphbus::joint_command_t::MODE_POSITION) {
+    servo = {ServoMode::kPosition, sign * (command.target_si - start), command.speed_si};
+  } else if (command.mode == morphbus::joint_command_t::MODE_VELOCITY) {
+    servo = {ServoMode::kVelocity, 0.0, sign * command.speed_si};
+  }
+  return servo;
+}
+
 void Servo::Command(const ServoCommand& command) {
   // A command that makes no sense leaves the joint holding its place.
   command_ = ServoCommand{};

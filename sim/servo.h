@@ -2,6 +2,8 @@
 // The position servo of one joint: a set-point that moves at limited speed, and the velocity that
 // takes the joint to it.
 
+#include <morphbus/joint_command_t.hpp>
+
 namespace morphbus::sim {
 
 /// What a servo does: hold its set-point, take it to a target, move it on for ever, or let the
@@ -16,6 +18,10 @@ struct ServoCommand {
   /// rad/s or m/s: the limit of the set-point's speed (kPosition), or its velocity (kVelocity).
   double speed = 0.0;
 };
+
+/// A command of a module, in its own joint values q, as one of the servo, in canonical angles
+/// theta: q = start + sign * theta. A speed limit has no sign, a velocity has.
+ServoCommand ToServo(const morphbus::joint_command_t& command, double start, double sign);
 
 /// What the servo may do; lower <= 0 <= upper since it starts at 0.
 struct ServoLimits {

@@ -102,16 +102,8 @@ void StillRobot::Actuate(const morphbus::actuator_t& command) {
   // Joints beyond those that the module has are ignored.
   std::vector<StillJoint>& joints = joints_[command.module_id];
   for (size_t j = 0; j < std::min(joints.size(), command.joints.size()); ++j) {
-    const morphbus::joint_command_t& joint = command.joints[j];
     if (joints[j].fixed) continue;
-    // Anything but a target or a speed leaves the joint where it is.
-    ServoCommand servo;
-    if (joint.mode == morphbus::joint_command_t::MODE_POSITION) {
-      servo = {ServoMode::kPosition, joint.target_si - joints[j].start, joint.speed_si};
-    } else if (joint.mode == morphbus::joint_command_t::MODE_VELOCITY) {
-      servo = {ServoMode::kVelocity, 0.0, joint.speed_si};
-    }
-    joints[j].servo.Command(servo);
+    joints[j].servo.Command(ToServo(command.joints[j], joints[j].start, 1.0));
   }
 }
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdio>
 
+#include "bridge/wire/stream_hash.h"
 #include "compiler/model/link_mass.h"
 #include "sim/bullet_math.h"
 #include "sim/world_engine.h"
@@ -104,42 +104,22 @@ void World::set_set_point(int joint, double theta) {
   engine_->joints[joint].servo.set_set_point(theta);
 }
 
-std::vector<World::Contact> World::contacts() const {
-  std::vector<Contact> contacts;
-  // A manifold holds the contact points of one pair; distances below 0 are depths.
-  for (int i = 0; i < engine_->dispatcher.getNumManifolds(); ++i) {
-    const btPersistentManifold& manifold = *engine_->dispatcher.getManifoldByIndexInternal(i);
-    double depth = -1.0;
-    for (int k = 0; k < manifold.getNumContacts(); ++k) {
-      depth = std::max(depth, -static_cast<double>(manifold.getContactPoint(k).getDistance()));
-    }
-    if (depth < 0.0) continue;
-    const int a = manifold.getBody0()->getUserIndex();
-    const int b = manifold.getBody1()->getUserIndex();
-    contacts.push_back({std::min(a, b), std::max(a, b), depth});
-  }
-  return contacts;
-}
-
 std::string World::hash() const {
   uint64_t hash = 0;
-  // The options first, mixed one by one, then the bodies and joints with that as the seed.
-  const double numbers[] = {options_.friction,
-                            options_.ground ? 1.0 : 0.0,
-                            options_.gravity ? model::kGravity : 0.0,
-                            options_.physics_step_s,
-                            static_cast<double>(options_.solver_iterations),
-                            options_.servo_gain_per_s};
-  for (const double number : numbers) {
-    // Adding 0.0 makes 0 of -0, whose bits differ though the engine computes alike with both.
-    // The factor is 2^64 divided by the golden ratio, as in Knuth's multiplicative hashing.
+  // Adding 0.0 makes 0 of -0, whose bits differ though the engine computes alike with both. The
+  // factor is 2^64 divided by the golden ratio, as in Knuth's multiplicative hashing.
+  const auto mix = [&hash](double number) {
     hash = hash * 0x9E3779B97F4A7C15ULL + std::bit_cast<uint64_t>(number + 0.0);
+  };
+  // The options first, mixed one by one, then the bodies and joints with that as the seed.
+  for (const double number :
+       {options_.friction, options_.ground ? 1.0 : 0.0, options_.gravity ? model::kGravity : 0.0,
+        options_.physics_step_s, static_cast<double>(options_.solver_iterations),
+        options_.servo_gain_per_s}) {
+    mix(number);
   }
   // A world without obstacles keeps the hash that it had before there were any.
   for (const world::Obstacle& obstacle : options_.obstacles) {
-    const auto mix = [&hash](double number) {
-      hash = hash * 0x9E3779B97F4A7C15ULL + std::bit_cast<uint64_t>(number + 0.0);
-    };
     mix(static_cast<double>(obstacle.shape));
     for (const double number : obstacle.X_WO.matrix().reshaped()) mix(number);
     for (const double number : obstacle.size) mix(number);
@@ -153,10 +133,7 @@ std::string World::hash() const {
       for (const int corner : triangle) mix(corner);
     }
   }
-  hash = HashRigidBodyModel(rigid_bodies_, hash);
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
-  return text;
+  return bridge::HexText(HashRigidBodyModel(rigid_bodies_, hash));
 }
 
 }  // namespace morphbus::sim

@@ -92,14 +92,6 @@ class World {
   /// Sets that, for a world that goes on where another one was.
   void set_set_point(int joint, double theta);
 
-  /// Contacts between bodies (-1 stands for the ground) that touch now; for tests and reports.
-  struct Contact {
-    int body_1 = 0;
-    int body_2 = 0;
-    double depth_m = 0.0;
-  };
-  [[nodiscard]] std::vector<Contact> contacts() const;
-
   /// How far from `p_WS` a ray along the unit vector `d_W` first meets something, m; at most
   /// `range_m`, which also stands for nothing. Links of `module` are not seen. Links are smaller
   /// here by kHullShrink, and the ground is higher by that.
@@ -145,6 +137,7 @@ class World {
   [[nodiscard]] std::string hash() const;
 
  private:
+  friend struct WorldContacts;  ///< By which tests see what touches.
   struct Engine;
   RigidBodyModel rigid_bodies_;
   WorldOptions options_;

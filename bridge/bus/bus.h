@@ -92,6 +92,7 @@ class Bus {
   /// Receives what these channels carry. Doing so again for the same ones replaces the handler and
   /// the interest.
   virtual void Receive(const Channels& channels, Handler handler) = 0;
+  /// The same for channels by their name, by a prefix, and by both ends of their names.
   void Subscribe(const std::string& channel, Handler handler, const Interest& interest = {}) {
     Receive({Channels::By::kName, channel, "", interest}, std::move(handler));
   }

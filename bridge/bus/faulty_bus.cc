@@ -3,6 +3,8 @@
 #include <cmath>
 #include <utility>
 
+#include "compiler/base/big_endian.h"
+
 namespace morphbus::bridge {
 namespace {
 
@@ -12,13 +14,6 @@ constexpr int kRandomBits = 53;
 /// Where tick and sim time stand in a payload: behind fingerprint, CRC, auth and protocol
 /// (lcmtypes/header_t.lcm).
 constexpr size_t kTickOffset = 24, kSimTimeOffset = 32, kSimTimeEnd = 40;
-
-/// A number of eight bytes in network order.
-int64_t ReadBig(const uint8_t* data) {
-  uint64_t value = 0;
-  for (size_t i = 0; i < 8; ++i) value = value << 8 | data[i];
-  return static_cast<int64_t>(value);
-}
 
 /// FNV-1a: names that differ give the random numbers another beginning.
 uint64_t HashOf(std::string_view text) {
@@ -89,8 +84,10 @@ std::vector<FaultyBus::Fate> FaultyBus::Draw(std::string_view channel, const uin
                                              size_t size) {
   // What has no header of ours counts as of the beginning.
   const bool dated = size >= kSimTimeEnd;
-  const int64_t tick = dated ? ReadBig(data + kTickOffset) : 0;
-  const int64_t us = dated ? ReadBig(data + kSimTimeOffset) : 0;
+  const auto number = [&](size_t at) {
+    return dated ? static_cast<int64_t>(LoadBigEndian<uint64_t>(data + at)) : 0;
+  };
+  const int64_t tick = number(kTickOffset), us = number(kSimTimeOffset);
   // Patterns are of the channel without the run's name, which is another one in each run.
   const std::string_view local = channel.substr(channel.find('/') + 1);
   std::vector<const FaultRule*> rules;

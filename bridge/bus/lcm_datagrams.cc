@@ -4,16 +4,12 @@
 #include <cstring>
 
 #include "bridge/bus/bus.h"
+#include "compiler/base/big_endian.h"
 
 namespace morphbus::bridge {
 namespace {
 
 constexpr size_t kShortHeader = 8;  // Magic, sequence number.
-
-/// A number in network order.
-uint32_t Big32(const uint8_t* p) {
-  return uint32_t{p[0]} << 24 | uint32_t{p[1]} << 16 | uint32_t{p[2]} << 8 | uint32_t{p[3]};
-}
 
 /// The NUL-terminated channel at the start of `data`; empty if there is none of a legal length.
 std::string_view ChannelAt(const uint8_t* data, size_t size) {
@@ -27,7 +23,7 @@ std::string_view ChannelAt(const uint8_t* data, size_t size) {
 
 void LcmDatagrams::Take(const uint8_t* data, size_t size, const Sink& sink) {
   // The first four bytes tell short messages from fragments, and both from strangers.
-  const uint32_t magic = size >= kShortHeader ? Big32(data) : 0;
+  const uint32_t magic = size >= kShortHeader ? LoadBigEndian<uint32_t>(data) : 0;
   if (magic == kLcmFragmentMagic) {
     ++fragments_;
     return;

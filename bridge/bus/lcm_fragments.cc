@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "bridge/bus/bus.h"
+#include "compiler/base/big_endian.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -11,13 +12,6 @@ namespace {
 // Magic, sequence number, payload size, offset of the fragment (four bytes each), number of the
 // fragment, number of fragments (two bytes each).
 constexpr size_t kFragmentHeader = 20;
-
-/// A number of `bytes` bytes in network order.
-uint32_t Big(const uint8_t* p, int bytes) {
-  uint32_t value = 0;
-  for (int i = 0; i < bytes; ++i) value = value << 8 | p[i];
-  return value;
-}
 
 }  // namespace
 
@@ -55,11 +49,11 @@ LcmFragments::Partials::iterator LcmFragments::Begin(uint64_t sender, const uint
   const size_t length =
       end == nullptr ? 0 : static_cast<size_t>(static_cast<const char*>(end) - name);
   Partial partial;
-  partial.sequence = Big(data + 4, 4);
-  partial.size = Big(data + 8, 4);
-  partial.fragments = Big(data + 18, 2);
+  partial.sequence = LoadBigEndian<uint32_t>(data + 4);
+  partial.size = LoadBigEndian<uint32_t>(data + 8);
+  partial.fragments = LoadBigEndian<uint16_t>(data + 18);
   // What cannot be, or is too long, is refused at once.
-  if (length == 0 || Big(data + 12, 4) != 0 || partial.fragments == 0 ||
+  if (length == 0 || LoadBigEndian<uint32_t>(data + 12) != 0 || partial.fragments == 0 ||
       partial.size > std::min(limits_.message_bytes, limits_.total_bytes)) {
     ++given_up_;
     refused_sender_ = sender;
@@ -81,8 +75,8 @@ LcmFragments::Partials::iterator LcmFragments::Begin(uint64_t sender, const uint
 
 void LcmFragments::Take(uint64_t sender, const uint8_t* data, size_t size, const Sink& sink) {
   if (size < kFragmentHeader) return;
-  const uint32_t sequence = Big(data + 4, 4);
-  const uint32_t number = Big(data + 16, 2);
+  const uint32_t sequence = LoadBigEndian<uint32_t>(data + 4);
+  const uint32_t number = LoadBigEndian<uint16_t>(data + 16);
   size_t header = kFragmentHeader;
   auto partial = partials_.find(sender);
   // A sender sends one message after the other: with the next one, the one before is over.
@@ -104,9 +98,9 @@ void LcmFragments::Take(uint64_t sender, const uint8_t* data, size_t size, const
   Partial& message = partial->second;
   const size_t count = size - header;
   // The next fragment continues where the last one ended, of the same message, and ends within it.
-  const bool fits = number == message.next && Big(data + 8, 4) == message.size &&
-                    Big(data + 12, 4) == message.payload.size() &&
-                    Big(data + 18, 2) == message.fragments &&
+  const bool fits = number == message.next && LoadBigEndian<uint32_t>(data + 8) == message.size &&
+                    LoadBigEndian<uint32_t>(data + 12) == message.payload.size() &&
+                    LoadBigEndian<uint16_t>(data + 18) == message.fragments &&
                     count <= message.size - message.payload.size();
   if (!fits) return Drop(partial, false);
   MakeRoom(count, sender);

@@ -10,28 +10,13 @@
 #include "bridge/bus/lcm_senders.h"
 #include "bridge/bus/lcm_url.h"
 #include "bridge/bus/udpm_socket.h"
+#include "compiler/base/big_endian.h"
 
 namespace morphbus::bridge {
 namespace {
 
 // Messages that one call of Take hands over, about, so that its caller gets to do other things.
 constexpr size_t kMostAtOnce = 4096;
-
-/// The first two numbers of a datagram of LCM: what it is, and which one.
-struct DatagramStart {
-  uint32_t magic = 0;
-  uint32_t sequence = 0;
-};
-
-/// Reads them; zeros of what is too short.
-DatagramStart StartOf(const Datagram& datagram) {
-  const auto number = [&](size_t at) {
-    uint32_t value = 0;
-    for (size_t i = at; i < at + 4; ++i) value = value << 8 | datagram.data[i];
-    return value;
-  };
-  return datagram.size < 8 ? DatagramStart() : DatagramStart{number(0), number(4)};
-}
 
 /// UDP multicast, by a socket of its own without LCM's thread.
 class UdpmTap : public LcmTap {
@@ -54,15 +39,18 @@ class UdpmTap : public LcmTap {
  private:
   /// A datagram is a message, a part of one, or no business of LCM's.
   void TakeOne(const Datagram& datagram, const Sink& sink) {
-    const DatagramStart start = StartOf(datagram);
+    // What it is, and which one; zeros of what is too short to be LCM's.
+    const bool whole = datagram.size >= 8;
+    const uint32_t magic = whole ? LoadBigEndian<uint32_t>(datagram.data) : 0;
+    const uint32_t sequence = whole ? LoadBigEndian<uint32_t>(datagram.data + 4) : 0;
     const auto take = [&](std::string_view channel, const uint8_t* data, size_t size) {
       sink({channel, data, size, datagram.arrival_ns});
     };
     // Both kinds count up one number for each datagram of a sender, by which gaps are seen.
-    if (start.magic == kLcmShortMagic || start.magic == kLcmFragmentMagic) {
-      senders_.Take(datagram.sender, start.sequence);
+    if (magic == kLcmShortMagic || magic == kLcmFragmentMagic) {
+      senders_.Take(datagram.sender, sequence);
     }
-    if (start.magic == kLcmFragmentMagic) {
+    if (magic == kLcmFragmentMagic) {
       fragments_.Take(datagram.sender, datagram.data, datagram.size, take);
     } else {
       datagrams_.Take(datagram.data, datagram.size, take);

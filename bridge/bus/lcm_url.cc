@@ -2,7 +2,6 @@
 
 #include <arpa/inet.h>
 #include <net/if.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -174,6 +173,14 @@ Result<void> CheckCarriesRuns(const LcmUrl& url) {
                           ", or run all in one process (--inproc)");
 }
 
+sockaddr_in SocketAddress(uint32_t group, uint16_t port) {
+  sockaddr_in address = {};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(group);
+  address.sin_port = htons(port);
+  return address;
+}
+
 std::string MulticastInterface(uint32_t group) {
   std::ifstream table("/proc/net/route");
   std::string line;
@@ -207,10 +214,7 @@ Result<void> CheckMulticastRoute(const LcmUrl& url) {
   // A socket that is connected to the group knows whether there is a way to it.
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return Fail(std::string("cannot open a UDP socket: ") + std::strerror(errno));
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(url.group);
-  address.sin_port = htons(url.port);
+  const sockaddr_in address = SocketAddress(url.group, url.port);
   // Connecting sends nothing: it only looks the route up.
   const int status = connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
   const int error = errno;

@@ -2,6 +2,8 @@
 // LCM URLs as LCM users know them, checked before LCM sees them: LCM itself prints to stderr and
 // goes on.
 
+#include <netinet/in.h>
+
 #include <cstdint>
 #include <string>
 
@@ -36,6 +38,9 @@ Result<LcmUrl> ResolveLcmUrl(const std::string& given);
 /// Fails, in one sentence, for a provider that cannot carry a run: LCM's files, TCP and memory
 /// queues bring messages to too few, in another order, or not at all; runs need UDP multicast.
 Result<void> CheckCarriesRuns(const LcmUrl& url);
+
+/// The address of a group, given in host byte order, as system calls take it.
+sockaddr_in SocketAddress(uint32_t group, uint16_t port);
 
 /// The interface by which datagrams to `group` (host byte order) leave, by the kernel's main table
 /// of routes: the longest prefix wins, then the lowest metric. Empty if there is none. (The address

@@ -17,15 +17,6 @@ namespace {
 constexpr size_t kLongestShort = 65499;
 constexpr size_t kMostChannelBytes = 63;
 
-/// The address of a group, given in the order of this machine.
-sockaddr_in AddressOf(uint32_t group, uint16_t port) {
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(group);
-  address.sin_port = htons(port);
-  return address;
-}
-
 }  // namespace
 
 std::unique_ptr<UdpmSender> UdpmSender::Open(const LcmUrl& url) {
@@ -55,10 +46,9 @@ bool UdpmSender::Send(std::string_view channel, const uint8_t* data, size_t size
       {{head.data(), sizeof numbers + channel.size() + 1}, {const_cast<uint8_t*>(data), size}}};
   // The address that it comes from travels beside it.
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(in_pktinfo))> control = {};
-  sockaddr_in to = AddressOf(group_, port_);
   msghdr message = {};
-  message.msg_name = &to;
-  message.msg_namelen = sizeof to;
+  message.msg_name = &to_;
+  message.msg_namelen = sizeof to_;
   message.msg_iov = parts.data();
   message.msg_iovlen = parts.size();
   message.msg_control = control.data();

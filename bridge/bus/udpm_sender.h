@@ -26,12 +26,11 @@ class UdpmSender {
   bool Send(std::string_view channel, const uint8_t* data, size_t size);
 
  private:
-  UdpmSender(int fd, const LcmUrl& url) : fd_(fd), group_(url.group), port_(url.port) {}
+  UdpmSender(int fd, const LcmUrl& url) : fd_(fd), to_(SocketAddress(url.group, url.port)) {}
 
-  // The socket, and where it sends to, in host byte order.
+  // The socket, and where it sends to.
   int fd_;
-  uint32_t group_;
-  uint16_t port_;
+  sockaddr_in to_;
   /// LCM's number of the next datagram from each address, since listeners count gaps by address.
   std::array<uint32_t, kNumSources> sequences_ = {};
 };

@@ -40,10 +40,7 @@ Result<void> Join(int fd, const LcmUrl& url) {
   // The kernel gives what net.core.rmem_max allows; what does not fit is lost, counted, asked
   // again.
   SetOption(fd, SOL_SOCKET, SO_RCVBUF, &url.receive_buffer, sizeof url.receive_buffer);
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_ANY);
-  address.sin_port = htons(url.port);
+  const sockaddr_in address = SocketAddress(INADDR_ANY, url.port);
   if (bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     return Refused("bind to the port");
   }

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "bridge/lockstep/fingerprint.h"
-
 namespace morphbus::bridge {
 
 Attendance::Attendance(int num_modules, bool logger) {
@@ -55,10 +53,6 @@ bool Attendance::AllModulesAcknowledged() const {
   // The logger comes behind the modules, and acknowledges END for itself.
   const auto modules = static_cast<std::ptrdiff_t>(answered_.size());
   return std::count(acknowledged_.begin(), acknowledged_.begin() + modules, false) == 0;
-}
-
-void Attendance::AddFingerprint(std::string* print) const {
-  AddPrints(print, greeted_, answered_, acknowledged_, leaving_, gone_);
 }
 
 }  // namespace morphbus::bridge

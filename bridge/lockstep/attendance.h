@@ -54,10 +54,9 @@ class Attendance {
     return static_cast<int>(answered_.size()) - num_gone_ - num_answers_;
   }
 
-  /// Adds everything, as bytes (bridge/lockstep/fingerprint.h).
-  void AddFingerprint(std::string* print) const;
-
  private:
+  friend struct MachineState;  ///< As in SimLockstep.
+
   /// Sets a flag; false if it was set, or there is none.
   static bool Note(int index, std::vector<bool>* flags);
 

@@ -35,14 +35,15 @@ bool ParticipantBase::IsRepeat(const ChannelName& name, const uint8_t* data, siz
   return true;
 }
 
-bool ParticipantBase::Track(SequenceTracker* tracker, std::string_view channel, int64_t sequence,
-                            uint64_t digest, SequenceTracker::Kind* kind) {
-  const SequenceTracker::Kind taken = tracker->Take(sequence, digest, &ledger_);
-  if (kind != nullptr) *kind = taken;
-  if (taken != SequenceTracker::Kind::kConflict) return true;
-  CountRefused(&Ledger::conflicts, channel,
-               "other bytes under number " + std::to_string(sequence) + ", which was had already");
-  return false;
+SequenceTracker::Kind ParticipantBase::Track(SequenceTracker* tracker, std::string_view channel,
+                                             int64_t sequence, uint64_t digest) {
+  const SequenceTracker::Kind kind = tracker->Take(sequence, digest, &ledger_);
+  if (kind == SequenceTracker::Kind::kConflict) {
+    CountRefused(
+        &Ledger::conflicts, channel,
+        "other bytes under number " + std::to_string(sequence) + ", which was had already");
+  }
+  return kind;
 }
 
 namespace {
@@ -54,7 +55,7 @@ void AddTotals(const Outbox& outbox, morphbus::health_t* health) {
     morphbus::topic_total_t& entry = health->totals.emplace_back();
     entry.topic = TopicName(ParseChannel(total.channel)->topic);
     entry.count = total.count;
-    entry.chained_hash = static_cast<int64_t>(total.hash);
+    entry.chained_hash = total.chained_hash;
   }
   health->num_totals = static_cast<int8_t>(health->totals.size());
 }

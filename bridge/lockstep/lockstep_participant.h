@@ -72,20 +72,23 @@ class ParticipantBase : public Participant {
   /// Decodes a message that speaks of this run's model and for which `fits` holds (if given; it is
   /// called once `*out` is filled), and counts it as received; else counts it as bad and returns
   /// false, and `*out` is unspecified.
-  template <class M, class Fits>
-  bool Accept(const uint8_t* data, size_t size, M* out, const Fits& fits);
-  template <class M>
-  bool Accept(const uint8_t* data, size_t size, M* out) {
-    return Accept(data, size, out, [] { return true; });
-  }
+  template <class M, class Fits = bool (*)()>
+  bool Accept(
+      const uint8_t* data, size_t size, M* out, const Fits& fits = [] { return true; });
 
   /// Counts a message that was sound and is refused all the same in `count`, one of the ledger's;
   /// the first one is named there as `channel` (without the run's name) and `why`.
   void CountRefused(int64_t Ledger::*count, std::string_view channel, const std::string& why);
-  /// Notes a message of a numbered channel with its number and bytes. Returns false, and counts a
-  /// conflict, if other bytes came under that number before.
-  bool Track(SequenceTracker* tracker, std::string_view channel, int64_t sequence, uint64_t digest,
-             SequenceTracker::Kind* kind = nullptr);
+  /// The same for one of a tick that cannot be now.
+  void CountOutside(std::string_view channel, int64_t tick) {
+    CountRefused(
+        &Ledger::outside_window, channel,
+        "tick " + std::to_string(tick) + " in tick " + std::to_string(CurrentMoment().tick));
+  }
+  /// Notes a message of a numbered channel with its number and bytes, and counts a conflict if
+  /// other bytes came under that number before.
+  SequenceTracker::Kind Track(SequenceTracker* tracker, std::string_view channel, int64_t sequence,
+                              uint64_t digest);
 
   /// Sends a message that is of no tick, on the channel of a process (ChannelOf). The header is
   /// filled in here.

@@ -4,7 +4,6 @@
 #include <limits>
 #include <morphbus/sim_clock_t.hpp>
 
-#include "bridge/lockstep/fingerprint.h"
 #include "bridge/lockstep/participant.h"
 
 namespace morphbus::bridge {
@@ -351,20 +350,6 @@ void LogLockstep::OnTime(int64_t now_us, Actions* out) {
 int64_t LogLockstep::next_deadline_us() const {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return kNever;
   return std::min({ask_.due_us(), silence_.next_poll_us(), hello_.due_us()});
-}
-
-void LogLockstep::AddFingerprint(std::string* print) const {
-  AddPrints(print, phase_, highest_tick_, end_tick_, complete_tick_, acked_tick_, num_modules_,
-            ask_.armed(), hello_.sim_heard(), verdict_heard_, names_);
-  const auto add = [print](const ReceivedSet& received) {
-    AddPrints(print, received.next, received.beyond);
-  };
-  for (const ReceivedSet* received : {&clock_, &sensors_, &world_}) add(*received);
-  for (const Module& m : modules_) {
-    for (const ReceivedSet* received : {&m.transform, &m.actuator, &m.status}) add(*received);
-    AddPrint(m.status_counts, print);
-  }
-  for (const auto& [name, tick] : lost_) AddPrints(print, name, tick);
 }
 
 }  // namespace morphbus::bridge

@@ -132,10 +132,10 @@ class LogLockstep {
   /// The run is over for the logger, well or not; further events change nothing.
   [[nodiscard]] bool done() const { return phase_ == Phase::kDone; }
 
-  /// Adds everything but times, as bytes: equal states are equal strings (for exploring).
-  void AddFingerprint(std::string* print) const;
-
  private:
+  /// Of tests, which explore every order of events and must know which states they have been in.
+  friend struct MachineState;
+
   enum class Phase : uint8_t { kIdle, kRun, kEnded, kDone };
   /// Which sequence numbers of a channel have been received.
   struct ReceivedSet {

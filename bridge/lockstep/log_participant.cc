@@ -35,40 +35,39 @@ constexpr int64_t kInfoPauseUs = 100'000;
 /// module of the largest robot.
 constexpr int64_t kMostEarly = 32768;
 
-/// Whether a message of the topic is all that it must be; only those are checked that a log holds.
-Result<void> CheckOther(Topic topic, const uint8_t* data, size_t size) {
-  switch (topic) {
-    case Topic::kHealth:
-      return Check<morphbus::health_t>(data, size, {});
-    case Topic::kResend:
-      return Check<morphbus::resend_t>(data, size, {});
-    case Topic::kAdmit:
-      return Check<morphbus::admit_t>(data, size, {});
-    case Topic::kLeave:
-      return Check<morphbus::leave_t>(data, size, {});
-    case Topic::kVerdict:
-      return Check<morphbus::verdict_t>(data, size, {});
-    case Topic::kProgress:
-      return Check<morphbus::progress_t>(data, size, {});
-    case Topic::kTotals:
-      return Check<morphbus::totals_t>(data, size, {});
-    case Topic::kHello:
-      return Check<morphbus::hello_t>(data, size, {});
-    case Topic::kControl:
-      return Check<morphbus::control_t>(data, size, {});
-    case Topic::kAnswer:
-      return Check<morphbus::control_answer_t>(data, size, {});
-    case Topic::kInfo:
-      return Check<morphbus::info_part_t>(data, size, {});
-    default:
-      return {};
-  }
+/// Checks a message as one of its topic's type.
+using Checker = Result<void> (*)(const uint8_t* data, size_t size, const Expectation& expect);
+
+/// Those of the messages that a log holds, but for CLOCK, which is always decoded.
+constexpr std::pair<Topic, Checker> kCheckers[] = {
+    {Topic::kTransform, &Check<morphbus::transform_t>},
+    {Topic::kActuator, &Check<morphbus::actuator_t>},
+    {Topic::kStatus, &Check<morphbus::status_t>},
+    {Topic::kSensors, &Check<morphbus::sensors_t>},
+    {Topic::kWorld, &Check<morphbus::world_t>},
+    {Topic::kHealth, &Check<morphbus::health_t>},
+    {Topic::kResend, &Check<morphbus::resend_t>},
+    {Topic::kAdmit, &Check<morphbus::admit_t>},
+    {Topic::kLeave, &Check<morphbus::leave_t>},
+    {Topic::kVerdict, &Check<morphbus::verdict_t>},
+    {Topic::kProgress, &Check<morphbus::progress_t>},
+    {Topic::kTotals, &Check<morphbus::totals_t>},
+    {Topic::kHello, &Check<morphbus::hello_t>},
+    {Topic::kControl, &Check<morphbus::control_t>},
+    {Topic::kAnswer, &Check<morphbus::control_answer_t>},
+    {Topic::kInfo, &Check<morphbus::info_part_t>}};
+
+/// Whether a message of the topic is all that it must be; what a log does not hold may be anything.
+bool IsSound(Topic topic, const LoggedMessage& message, const Expectation& expect) {
+  const auto* const found = std::ranges::find(kCheckers, topic, &std::pair<Topic, Checker>::first);
+  return found == std::end(kCheckers) ||
+         found->second(message.data, message.size, expect).has_value();
 }
 
 }  // namespace
 
 LogParticipant::LogParticipant(Bus* bus, const TimeSource* time, LogParticipantOptions options,
-                               Recorder record)
+                               Sink record)
     : LockstepParticipant(bus, time, {options.run, std::string(kLogProcess), options.model_hash, 0},
                           options),
       options_(std::move(options)),
@@ -177,21 +176,39 @@ void LogParticipant::CompareTotals(const ChannelName& name, const uint8_t* data,
 }
 
 void LogParticipant::TakeOther(const ChannelName& name, LoggedMessage* message) {
-  message->bad = !CheckOther(name.topic, message->data, message->size);
+  message->bad = !IsSound(name.topic, *message, {});
   if (message->bad) return;
   // What was said once is recorded once, and acted on once.
   message->duplicate = IsRepeat(name, message->data, message->size);
   if (message->duplicate) return;
-  if (name.topic == Topic::kHealth) {
-    CompareTotals(name, message->data, message->size);
-  } else if (name.topic == Topic::kResend && name.process == kLogProcess) {
-    TakeResend(message->data, message->size);
-  } else if (name.topic == Topic::kVerdict) {
-    TakeVerdict(message->data, message->size);
-  } else if (name.topic == Topic::kLeave) {
-    TakeLeave(message->data, message->size);
-  } else if (name.topic == Topic::kProgress && name.process == kSimProcess) {
-    TakeProgress(message->data, message->size);
+  // What speaks of another model is recorded, but changes nothing.
+  const auto is_ours = [&](auto* out) {
+    return Decode(message->data, message->size, {options_.model_hash, 0}, out).has_value();
+  };
+  switch (name.topic) {
+    case Topic::kHealth:
+      return CompareTotals(name, message->data, message->size);
+    case Topic::kResend:
+      if (name.process == kLogProcess) TakeResend(message->data, message->size);
+      return;
+    case Topic::kVerdict:
+      if (morphbus::verdict_t verdict; is_ours(&verdict)) {
+        machine_.OnVerdict(now_us(), &actions_);
+        if (machine_.verdict_heard()) error_ = verdict.error;
+      }
+      return;
+    case Topic::kLeave:
+      if (morphbus::leave_t leave; is_ours(&leave) && leave.process.empty()) {
+        machine_.OnLeaveAll(&actions_);
+      }
+      return;
+    case Topic::kProgress:
+      if (morphbus::progress_t progress; name.process == kSimProcess && is_ours(&progress)) {
+        machine_.OnProgress(progress.header.tick, now_us(), &actions_);
+      }
+      return;
+    default:
+      return;
   }
 }
 
@@ -218,60 +235,33 @@ LogParticipant::MaybeTaken LogParticipant::TellMachine(const ChannelName& name,
                                                        const ReceivedStream* stream,
                                                        const morphbus::header_t& header,
                                                        LoggedMessage* message) {
-  const uint8_t* const data = message->data;
-  const size_t size = message->size;
-  // Each kind of message tells the machine something else. A kind that only counts is checked and
-  // not decoded, which spares its arrays.
-  switch (name.topic) {
-    case Topic::kClock:
-      return TellClock(header, message);
-    case Topic::kSensors:
-      if (!TakeNames(data, size)) return std::nullopt;
-      return machine_.OnPart(name.topic, header.sequence, header.tick, now_us(), &actions_);
-    case Topic::kWorld:
-      if (!Check<morphbus::world_t>(data, size, {options_.model_hash, 0})) return std::nullopt;
-      return machine_.OnPart(name.topic, header.sequence, header.tick, now_us(), &actions_);
-    default:
-      return TakeModule(name, stream, header, data, size);
-  }
-}
-
-bool LogParticipant::TakeNames(const uint8_t* data, size_t size) {
-  // Until all modules are known, SENSORS must be decoded for their names; later a check will do.
-  const Expectation expect{options_.model_hash, 0};
-  if (machine_.knows_all_names()) {
-    return Check<morphbus::sensors_t>(data, size, expect).has_value();
-  }
-  morphbus::sensors_t sensors;
-  if (!Decode(data, size, expect, &sensors)) return false;
-  for (const morphbus::module_sensors_t& reading : sensors.modules) {
-    if (CheckModuleName(reading.name)) machine_.AddModule(reading.name);
-  }
-  return true;
-}
-
-LogParticipant::MaybeTaken LogParticipant::TakeModule(const ChannelName& name,
-                                                      const ReceivedStream* stream,
-                                                      const morphbus::header_t& header,
-                                                      const uint8_t* data, size_t size) {
-  const Expectation expect{options_.model_hash, 0};
-  // ACTUATOR alone says something that the machine needs to know.
-  int64_t status_count = 0;
-  Result<void> sound;
-  if (name.topic == Topic::kActuator) {
-    sound = Check<morphbus::actuator_t>(data, size, expect);
-    if (sound) status_count = PeekStatusCount(data);
-  } else if (name.topic == Topic::kStatus) {
-    sound = Check<morphbus::status_t>(data, size, expect);
-  } else {
-    sound = Check<morphbus::transform_t>(data, size, expect);
+  if (name.topic == Topic::kClock) return TellClock(header, message);
+  // A kind that only counts is checked and not decoded, which spares its arrays; SENSORS is decoded
+  // for the modules' names until all are known.
+  const bool names = name.topic == Topic::kSensors && !machine_.knows_all_names();
+  const bool sound = names ? TakeNames(message->data, message->size)
+                           : IsSound(name.topic, *message, {options_.model_hash, 0});
+  if (!sound) return std::nullopt;
+  if (name.process == kSimProcess) {
+    return machine_.OnPart(name.topic, header.sequence, header.tick, now_us(), &actions_);
   }
   // A module that SENSORS has not mentioned yet has no number: its message is asked for again. Once
   // all modules' names are known, no other module can be part of the run.
   const int module = stream != nullptr ? stream->module : machine_.ModuleNumber(name.process);
-  if (!sound || (module < 0 && machine_.knows_all_names())) return std::nullopt;
+  if (module < 0 && machine_.knows_all_names()) return std::nullopt;
+  // ACTUATOR alone says something that the machine needs to know.
+  const int64_t status_count = name.topic == Topic::kActuator ? PeekStatusCount(message->data) : 0;
   return machine_.OnModule(name.topic, module, header.sequence, header.tick, status_count, now_us(),
                            &actions_);
+}
+
+bool LogParticipant::TakeNames(const uint8_t* data, size_t size) {
+  morphbus::sensors_t sensors;
+  if (!Decode(data, size, {options_.model_hash, 0}, &sensors)) return false;
+  for (const morphbus::module_sensors_t& reading : sensors.modules) {
+    if (CheckModuleName(reading.name)) machine_.AddModule(reading.name);
+  }
+  return true;
 }
 
 void LogParticipant::TakeResend(const uint8_t* data, size_t size) {
@@ -285,25 +275,6 @@ void LogParticipant::TakeResend(const uint8_t* data, size_t size) {
     // The sim asks how far the logger is when it has not heard of that for long.
     machine_.OnPoll(ask.header.tick, now_us(), &actions_);
   }
-}
-
-void LogParticipant::TakeVerdict(const uint8_t* data, size_t size) {
-  morphbus::verdict_t verdict;
-  if (!Decode(data, size, {options_.model_hash, 0}, &verdict)) return;
-  machine_.OnVerdict(now_us(), &actions_);
-  if (machine_.verdict_heard()) error_ = verdict.error;
-}
-
-void LogParticipant::TakeLeave(const uint8_t* data, size_t size) {
-  morphbus::leave_t leave;
-  const bool sound = Decode(data, size, {options_.model_hash, 0}, &leave).has_value();
-  if (sound && leave.process.empty()) machine_.OnLeaveAll(&actions_);
-}
-
-void LogParticipant::TakeProgress(const uint8_t* data, size_t size) {
-  morphbus::progress_t progress;
-  if (!Decode(data, size, {options_.model_hash, 0}, &progress)) return;
-  machine_.OnProgress(progress.header.tick, now_us(), &actions_);
 }
 
 void LogParticipant::AnswerInfo() {

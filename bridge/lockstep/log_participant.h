@@ -48,11 +48,11 @@ struct LoggedMessage {
 class LogParticipant : public LockstepParticipant<LogLockstep> {
  public:
   /// Takes one message; its bytes are valid during the call only.
-  using Recorder = std::function<void(const LoggedMessage& message)>;
+  using Sink = std::function<void(const LoggedMessage& message)>;
 
   /// `bus` and `time` outlive the participant. `record` gets every message on RUN/..., in order of
   /// arrival.
-  LogParticipant(Bus* bus, const TimeSource* time, LogParticipantOptions options, Recorder record);
+  LogParticipant(Bus* bus, const TimeSource* time, LogParticipantOptions options, Sink record);
 
   /// Answers requests for the run's description (INFO): `publish_info` is called whenever someone
   /// asks on RUN/LOG/RESEND.
@@ -102,13 +102,10 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   /// Takes a message on any other channel of the run; the same.
   void TakeOther(const ChannelName& name, LoggedMessage* message);
   // These check a message on a hashed channel and tell the machine that it has come. `name` is the
-  // channel's, taken apart, and `stream` what has come on it, or null; TellMachine leaves the
-  // modules' channels to TakeModule.
+  // channel's, taken apart, and `stream` what has come on it, or null.
   MaybeTaken TellMachine(const ChannelName& name, const ReceivedStream* stream,
                          const morphbus::header_t& header, LoggedMessage* message);
   MaybeTaken TellClock(const morphbus::header_t& header, LoggedMessage* message);
-  MaybeTaken TakeModule(const ChannelName& name, const ReceivedStream* stream,
-                        const morphbus::header_t& header, const uint8_t* data, size_t size);
   /// Whether the run has this channel. While SENSORS has not named all modules, what counts for the
   /// hash is asked for again later, and of the rest some is let in.
   bool HasChannel(const ChannelName& name);
@@ -119,12 +116,8 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   /// Compares what a process says it has published with what was recorded. If they differ the
   /// run is over.
   void CompareTotals(const ChannelName& name, const uint8_t* data, size_t size);
-  // Requests, the verdict, and that the run is over; a bad message changes nothing.
+  /// Takes a request; a bad one changes nothing.
   void TakeResend(const uint8_t* data, size_t size);
-  void TakeVerdict(const uint8_t* data, size_t size);
-  void TakeLeave(const uint8_t* data, size_t size);
-  /// The sim tells at which tick it is.
-  void TakeProgress(const uint8_t* data, size_t size);
   /// Tells the sim how far the logger is.
   void SayProgress();
   /// Publishes the description if somebody wants it, but only now and then.
@@ -132,7 +125,7 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
 
   LogParticipantOptions options_;
   // Where every message goes, and what has come on the hashed channels.
-  Recorder record_;
+  Sink record_;
   ReceivedStreams streams_;
   std::function<void()> publish_info_;
   // Somebody wants the description, and the wall time before which it is not published again.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <morphbus/sim_clock_t.hpp>
 
-#include "bridge/lockstep/fingerprint.h"
 #include "bridge/lockstep/outbox.h"
 #include "bridge/lockstep/participant.h"
 
@@ -242,16 +241,6 @@ int64_t ModuleLockstep::next_deadline_us() const {
   const bool starting = phase_ == Phase::kRun && tick_ == 0;
   const int64_t hello_us = starting ? hello_.due_us() : kNever;
   return std::min({ask_.due_us(), silence_.next_poll_us(), hello_us});
-}
-
-void ModuleLockstep::AddFingerprint(std::string* print) const {
-  AddPrints(print, phase_, tick_, end_tick_, have_reading_, knows_all_, ahead_tick_, ask_.armed(),
-            hello_.sim_heard(), parts_, mates_);
-  // Ticks too old to be of use make no difference.
-  for (const Mate& mate : heard_) {
-    AddPrint(mate.id, print);
-    for (const int64_t tick : mate.ticks) AddPrint(tick < tick_ - 1 ? -1 : tick, print);
-  }
 }
 
 }  // namespace morphbus::bridge

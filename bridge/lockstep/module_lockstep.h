@@ -105,10 +105,10 @@ class ModuleLockstep {
   /// The newest tick of which it has; -1: none.
   [[nodiscard]] int64_t NewestOf(uint16_t mate) const;
 
-  /// Adds everything but times, as bytes: equal states are equal strings (for exploring).
-  void AddFingerprint(std::string* print) const;
-
  private:
+  /// Of tests, which explore every order of events and must know which states they have been in.
+  friend struct MachineState;
+
   /// kJoining: HELLO is said until the sim tells the first tick. kLeft: the run goes on without us.
   enum class Phase : uint8_t { kIdle, kJoining, kRun, kLeft, kDone };
   /// A neighbour, and the ticks of its messages that are there.

@@ -7,9 +7,9 @@
 #include <morphbus/progress_t.hpp>
 #include <morphbus/resend_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
+#include <morphbus/transform_t.hpp>
 #include <utility>
 
-#include "bridge/lockstep/module_scratch.h"
 #include "bridge/wire/own_sensors.h"
 #include "bridge/wire/sealed_bus.h"
 #include "bridge/wire/vm_codec.h"
@@ -23,6 +23,23 @@ constexpr Interest kClockInterest{true, 1, OffsetOf<morphbus::sim_clock_t>("phas
                                   morphbus::sim_clock_t::PHASE_RUN, true};
 
 }  // namespace
+
+/// Nothing in it is needed any more when a handler of the bus, or OnTime, returns.
+struct ModuleParticipant::Scratch {
+  /// The last messages decoded or encoded, whose memory is used again and again.
+  morphbus::sensors_t sensors;
+  morphbus::transform_t transform;
+  /// What the controller answered to the tick that is published.
+  vm::TickOutput output;
+  /// Whom the module is mated to, by the SENSORS that is taken and in the tick that is computed.
+  std::vector<uint16_t> sensed_mates;
+
+  /// The one of this thread, on which its modules take turns.
+  static Scratch& OfThread() {
+    static thread_local Scratch scratch;
+    return scratch;
+  }
+};
 
 ModuleParticipant::ModuleParticipant(Bus* bus, ModuleController* controller, const TimeSource* time,
                                      ModuleParticipantOptions options)
@@ -143,7 +160,7 @@ void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
   if (mine && tick >= machine_.tick()) inputs_.AddMates(input, &mates);
   const Taken taken =
       machine_.OnSensors(tick, sensors.part, sensors.num_parts, mine, mates, now_us(), &actions_);
-  if (taken == Taken::kImpossible) CountImpossible("SIM/SENSORS", tick);
+  if (taken == Taken::kImpossible) CountOutside("SIM/SENSORS", tick);
   if (taken == Taken::kFresh || taken == Taken::kKnown) {
     // Of the parts only ours is needed for good, so its ticks are counted.
     if (mine) Track(&sensors_tracker_, "SIM/SENSORS", tick, MessageDigest(data, size));
@@ -162,18 +179,13 @@ void ModuleParticipant::TakeKnownPart(const NameDirectory::Part& part) {
   mates.clear();
   const Taken taken =
       machine_.OnSensors(part.tick, part.part, part.num_parts, false, mates, now_us(), &actions_);
-  if (taken == Taken::kImpossible) CountImpossible("SIM/SENSORS", part.tick);
+  if (taken == Taken::kImpossible) CountOutside("SIM/SENSORS", part.tick);
   if (taken == Taken::kFresh || taken == Taken::kKnown) {
     // It may be the one that names a neighbour.
     inputs_.AddMates(&mates);
     UpdateSubscriptions(mates, -1);
   }
   CarryOutActions();
-}
-
-void ModuleParticipant::CountImpossible(std::string_view channel, int64_t tick) {
-  CountRefused(&Ledger::outside_window, channel,
-               "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
 }
 
 void ModuleParticipant::UpdateSubscriptions(const std::vector<uint16_t>& mates, int own_part) {
@@ -208,7 +220,7 @@ void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t s
   const int64_t number = transform.header.sequence;
   const std::string channel = box->name + "/TRANSFORM";
   const Taken taken = machine_.OnTransform(mate, number, tick, now_us(), &actions_);
-  if (taken == Taken::kImpossible) CountImpossible(channel, tick);
+  if (taken == Taken::kImpossible) CountOutside(channel, tick);
   if (taken == Taken::kFresh || taken == Taken::kKnown) {
     Track(&box->tracker, channel, number, MessageDigest(data, size));
     if (taken == Taken::kFresh) FromTransform(transform, &box->MessageOf(tick));
@@ -221,7 +233,7 @@ void ModuleParticipant::OnResend(const uint8_t* data, size_t size) {
   if (!Accept(data, size, &ask)) return;
   // A process that asks for a message still runs, so the silence that ends our waiting begins anew.
   machine_.OnAsked(ask.header.tick, now_us());
-  outbox_.Answer(ask.channel, ask.first_sequence, ask.last_sequence, now_us());
+  outbox_.Resend(ask.channel, ask.first_sequence, ask.last_sequence, now_us());
 }
 
 void ModuleParticipant::OnLeave(const uint8_t* data, size_t size) {
@@ -252,9 +264,9 @@ void ModuleParticipant::OnAdmit(const uint8_t* data, size_t size) {
     return;
   }
   // Numbers on our channels go on where the predecessor's ended.
-  outbox_.ContinueAfter(channel_transform_.channel(), admit.actuator_count);
-  outbox_.ContinueAfter(channel_actuator_.channel(), admit.actuator_count);
-  outbox_.ContinueAfter(channel_status_.channel(), admit.status_count);
+  outbox_.ContinueAfter(channel_transform_, admit.actuator_count);
+  outbox_.ContinueAfter(channel_actuator_, admit.actuator_count);
+  outbox_.ContinueAfter(channel_status_, admit.status_count);
   machine_.OnAdmit(admit.last_tick + 1, now_us());
   Save(machine_.tick());
 }
@@ -321,17 +333,17 @@ void ModuleParticipant::Publish(int64_t tick) {
   const bool inspected = inputs_.TakeInspection();
   if (output.status.changed || inspected || tick % kStatusEveryTicks == 0) {
     for (morphbus::status_t& status : controller_->Describe(output.status, inspected)) {
-      outbox_.Send(&channel_status_, tick, sim_time_us_, &status);
+      outbox_.Send(channel_status_, tick, sim_time_us_, &status);
     }
   }
   // Neighbours need TRANSFORM for their next tick.
   ToTransform(output.message, &scratch_.transform);
-  outbox_.Send(&channel_transform_, tick, sim_time_us_, &scratch_.transform);
+  outbox_.Send(channel_transform_, tick, sim_time_us_, &scratch_.transform);
   // Last, because the sim goes on once it has this.
   morphbus::actuator_t actuator;
   ToActuator(output, options_.module_id, options_.num_joints, outbox_.count(channel_status_),
              &actuator);
-  outbox_.Send(&channel_actuator_, tick, sim_time_us_, &actuator);
+  outbox_.Send(channel_actuator_, tick, sim_time_us_, &actuator);
   if (!before_publish_) return;
   // Saved, then sent: a process that is killed in between sends the same bytes again.
   Save(tick + 1);

@@ -108,8 +108,6 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   /// Takes a part of SENSORS that another module of the process has looked through, and in which
   /// nothing is ours: no more is taken from it than which one it is.
   void TakeKnownPart(const NameDirectory::Part& part);
-  /// Counts a message of a tick that cannot be.
-  void CountImpossible(std::string_view channel, int64_t tick);
   /// Listens to these neighbours, and from the own part of SENSORS on to nothing that is not
   /// needed. `own_part`: its number, if it is the one that came; else -1.
   void UpdateSubscriptions(const std::vector<uint16_t>& mates, int own_part);
@@ -128,7 +126,7 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   // The controller is not owned.
   ModuleController* controller_;
   ModuleParticipantOptions options_;
-  Outbox::Sending channel_transform_, channel_actuator_, channel_status_;
+  std::string channel_transform_, channel_actuator_, channel_status_;
   /// Names of all modules by id, as SENSORS tells them.
   std::shared_ptr<NameDirectory> directory_;
   NeighbourMail mail_;

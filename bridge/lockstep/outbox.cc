@@ -33,15 +33,6 @@ Outbox::Streams::value_type& Outbox::StreamOf(const std::string& channel) {
   return *found;
 }
 
-Outbox::Streams::value_type& Outbox::StreamOf(Sending* channel) {
-  // A channel is looked up by name once only: a module sends on the same three in every tick.
-  if (channel->stream_ == nullptr || channel->loads_ != loads_) {
-    channel->stream_ = &StreamOf(channel->channel_);
-    channel->loads_ = loads_;
-  }
-  return *channel->stream_;
-}
-
 void Outbox::BeginAt(uint32_t incarnation, int64_t restarts) {
   // The last incarnations that there can be share one range, so that no number overflows.
   constexpr int64_t kMostIncarnations = int64_t{1} << 14;
@@ -104,13 +95,21 @@ void Outbox::Release() {
   outgoing_.clear();
 }
 
-int Outbox::Resend(const std::string& channel, int64_t first, int64_t last) {
+int Outbox::Resend(const std::string& channel, int64_t first, int64_t last,
+                   std::optional<int64_t> asked_us) {
+  constexpr int kSoonAgain = 16;
   const auto found = streams_.find(channel);
   if (found == streams_.end()) return 0;
   // What is no longer kept cannot be sent again; who asks gives up in the end.
   int sent = 0;
-  for (const Kept& kept : found->second.kept) {
+  for (Kept& kept : found->second.kept) {
     if (kept.sequence < first || kept.sequence > last) continue;
+    if (asked_us) {
+      // Who asked hears the answer that was given to somebody else a moment ago.
+      if (*asked_us < kept.answered_until_us) continue;
+      kept.answered_until_us =
+          *asked_us + (++kept.times_answered > kSoonAgain ? kResendPauseUs : kSoonAgainUs);
+    }
     bus_->Publish(channel, kept.bytes.data(), kept.bytes.size());
     ++sent;
   }
@@ -124,33 +123,9 @@ void Outbox::ContinueAfter(const std::string& channel, int64_t count) {
   stream.partial = count > 0;
 }
 
-int Outbox::Answer(const std::string& channel, int64_t first, int64_t last, int64_t now_us) {
-  constexpr int kSoonAgain = 16;
-  const auto found = streams_.find(channel);
-  if (found == streams_.end()) return 0;
-  int sent = 0;
-  for (Kept& kept : found->second.kept) {
-    if (kept.sequence < first || kept.sequence > last) continue;
-    // Who asked hears the answer that was given to somebody else a moment ago.
-    if (now_us < kept.answered_until_us) continue;
-    kept.answered_until_us =
-        now_us + (++kept.times_answered > kSoonAgain ? kResendPauseUs : kSoonAgainUs);
-    bus_->Publish(channel, kept.bytes.data(), kept.bytes.size());
-    ++sent;
-  }
-  ledger_->resent += sent;
-  return sent;
-}
-
 int64_t Outbox::count(const std::string& channel) const {
   const auto found = streams_.find(channel);
   return found == streams_.end() ? 0 : found->second.next_sequence;
-}
-
-int64_t Outbox::count(const Sending& channel) const {
-  // Asking begins no stream: one without messages would show among the totals.
-  const bool known = channel.stream_ != nullptr && channel.loads_ == loads_;
-  return known ? channel.stream_->second.next_sequence : count(channel.channel_);
 }
 
 std::vector<ChannelTotal> Outbox::totals() const {
@@ -158,10 +133,10 @@ std::vector<ChannelTotal> Outbox::totals() const {
   for (const auto& [channel, stream] : streams_) {
     // HEALTH, HELLO and the like do not count for the run's hash.
     if (!stream.hashed || stream.partial) continue;
-    totals.push_back({channel, stream.next_sequence, stream.hash.Digest(), true});
+    totals.push_back(
+        {channel, stream.next_sequence, static_cast<int64_t>(stream.hash.Digest()), true});
   }
-  std::sort(totals.begin(), totals.end(),
-            [](const ChannelTotal& a, const ChannelTotal& b) { return a.channel < b.channel; });
+  std::ranges::sort(totals, {}, &ChannelTotal::channel);
   return totals;
 }
 
@@ -183,7 +158,7 @@ void Outbox::Save(std::vector<uint8_t>* out) const {
       PutBytes(out, kept.sequence);
       PutBytes(out, kept.tick);
       PutBytes(out, static_cast<uint32_t>(kept.bytes.size()));
-      out->insert(out->end(), kept.bytes.begin(), kept.bytes.end());
+      PutRaw(out, kept.bytes.data(), kept.bytes.size());
     }
   }
 }
@@ -192,7 +167,6 @@ Result<size_t> Outbox::Load(const uint8_t* data, size_t size) {
   SnapshotReader in{data, size};
   // Every length is checked before it is believed: the file may be cut or damaged.
   streams_.clear();
-  ++loads_;
   // What was said outside the hash after the snapshot is known to nobody but those who heard it.
   const auto saved_first = in.Get<int64_t>();
   if (saved_first < 0 || saved_first > std::numeric_limits<int64_t>::max() - 2 * kNumbersAShare) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <morphbus/channel_total_t.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -47,19 +48,17 @@ class Outbox {
 
   /// Fills the header (number on the channel, tick, time, hashes), encodes, hashes, keeps,
   /// publishes. A message over kMaxPayloadBytes is our bug: senders split before.
-  /// @param channel      full name of one of the run's channels, or a Sending, for one that is sent
-  ///                     on again and again.
+  /// @param channel      full name of one of the run's channels.
   /// @param tick         tick that the message speaks of; on hashed channels it never falls.
   /// @param sim_time_us  sim time at which that tick begins.
   /// @param message      of type M; its `header` is overwritten.
-  template <class Name, class M>
-  void Send(const Name& channel, int64_t tick, int64_t sim_time_us, M* message) {
+  template <class M>
+  void Send(const std::string& channel, int64_t tick, int64_t sim_time_us, M* message) {
     Streams::value_type& to = StreamOf(channel);
     FillHeader(to.second, tick, sim_time_us, &message->header);
     Encode(*message, &scratch_);
     Commit(&to, tick);
   }
-  class Sending;
 
   /// Numbers on channels outside the hash begin with this process' share of them, since those that
   /// an earlier process of this name used up count as had. Call before the first Send.
@@ -70,11 +69,11 @@ class Outbox {
   void SetProgramHash(uint64_t hash) { sender_.program_hash = hash; }
 
   /// Publishes kept messages first..last of `channel` again, byte for byte. Returns how many of
-  /// them were still kept; 0 for a channel on which nothing was sent.
-  int Resend(const std::string& channel, int64_t first, int64_t last);
-  /// The same at a request: a message that was sent again a moment ago (kSoonAgainUs) is left out.
-  /// `now_us` is wall time.
-  int Answer(const std::string& channel, int64_t first, int64_t last, int64_t now_us);
+  /// them were sent; 0 for a channel on which nothing was sent.
+  /// @param asked_us  wall time of the request that this answers, if it is one: what was sent again
+  ///                  at another a moment ago (kSoonAgainUs) is left out.
+  int Resend(const std::string& channel, int64_t first, int64_t last,
+             std::optional<int64_t> asked_us = std::nullopt);
 
   /// From now on messages on hashed channels are numbered, hashed and kept but not published, until
   /// Release() publishes them in order: so that they can be saved first (see Save).
@@ -89,7 +88,6 @@ class Outbox {
 
   /// Number the next message on `channel` will get: how many there were.
   [[nodiscard]] int64_t count(const std::string& channel) const;
-  [[nodiscard]] int64_t count(const Sending& channel) const;
 
   /// Count and hash of the hashed channels, in order of name.
   [[nodiscard]] std::vector<ChannelTotal> totals() const;
@@ -133,7 +131,6 @@ class Outbox {
 
   /// The channel and its stream, begun if need be. The channel must be one of the run's.
   Streams::value_type& StreamOf(const std::string& channel);
-  Streams::value_type& StreamOf(Sending* channel);
   /// Fills in all of the header but the CRC.
   void FillHeader(const Stream& stream, int64_t tick, int64_t sim_time_us,
                   morphbus::header_t* header);
@@ -146,7 +143,6 @@ class Outbox {
   // By full name of the channel.
   Streams streams_;
   int64_t first_unhashed_ = 0;  ///< Where the numbers of channels outside the hash begin.
-  int loads_ = 0;               ///< How often they were replaced by Load.
   // The message that is being sent, encoded; used again and again.
   std::vector<uint8_t> scratch_;
   /// Between Hold and Release.
@@ -154,21 +150,6 @@ class Outbox {
   /// The channels of messages that are held back, and their places among the kept ones.
   std::vector<std::pair<const Streams::value_type*, const Kept*>> outgoing_;
   std::vector<std::vector<uint8_t>> spare_;  ///< Buffers of messages no longer kept.
-};
-
-/// A channel that one outbox sends on again and again, whose stream is looked up by name only once.
-class Outbox::Sending {
- public:
-  /// @param channel  its full name.
-  explicit Sending(std::string channel) : channel_(std::move(channel)) {}
-  [[nodiscard]] const std::string& channel() const { return channel_; }
-
- private:
-  friend class Outbox;
-  std::string channel_;
-  /// The stream, null before it is looked up, and how often streams had been replaced by then.
-  Streams::value_type* stream_ = nullptr;
-  int loads_ = 0;
 };
 
 }  // namespace morphbus::bridge

@@ -66,7 +66,7 @@ ReceivedStream& ReceivedStreams::Begin(std::string_view channel, int module, int
 std::vector<ChannelTotal> ReceivedStreams::totals() const {
   std::vector<ChannelTotal> totals;
   for (const auto& [channel, stream] : streams_) {
-    totals.push_back({channel, stream->count, stream->hash.Digest(), true});
+    totals.push_back({channel, stream->count, static_cast<int64_t>(stream->hash.Digest()), true});
   }
   // Both sides of the comparison, and the run's hash, go by name.
   std::ranges::sort(totals, {}, &ChannelTotal::channel);

@@ -22,9 +22,8 @@ std::vector<morphbus::totals_t> SplitTotals(const std::string& process, int64_t 
       static_cast<int64_t>(DigestOf(reinterpret_cast<const uint8_t*>(hash.data()), hash.size()));
   empty.num_totals = 0;
   std::vector<morphbus::totals_t> parts = {empty};
-  for (const ChannelTotal& published : totals) {
+  for (const ChannelTotal& total : totals) {
     // A part is filled until the next channel would make it longer than a datagram.
-    const morphbus::channel_total_t total = ToWire(published);
     const size_t size = static_cast<size_t>(parts.back().getEncodedSize()) +
                         static_cast<size_t>(total._getEncodedSizeNoHash());
     if (size > kMaxPayloadBytes || parts.back().totals.size() >= kMostTotals) {
@@ -56,10 +55,7 @@ bool TotalsParts::Take(const morphbus::totals_t& part) {
   const auto number = static_cast<size_t>(part.part);
   if (number >= parts_.size() || parts_[number]) return false;
   parts_[number] = true;
-  for (const morphbus::channel_total_t& total : part.totals) {
-    gathered_.push_back(
-        {total.channel, total.count, static_cast<uint64_t>(total.chained_hash), total.hashed != 0});
-  }
+  gathered_.insert(gathered_.end(), part.totals.begin(), part.totals.end());
   // Only a whole report takes the place of the one before.
   if (std::find(parts_.begin(), parts_.end(), false) != parts_.end()) return false;
   whole_ = gathered_;
@@ -72,7 +68,7 @@ namespace {
 /// A channel as one side tells it and as the other does.
 struct BothSides {
   int64_t published = 0, recorded = 0;
-  uint64_t published_hash = 0, recorded_hash = 0;
+  int64_t published_hash = 0, recorded_hash = 0;
   [[nodiscard]] bool Agree() const {
     return published == recorded && (published == 0 || published_hash == recorded_hash);
   }
@@ -99,18 +95,18 @@ std::string WhereTheLogDiffers(const std::vector<ChannelTotal>& published,
     if (!total.hashed) continue;
     BothSides& both = channels[total.channel];
     both.recorded = total.count;
-    both.recorded_hash = total.hash;
+    both.recorded_hash = total.chained_hash;
     // Who said the beginning is dead, and nobody else has all of it.
     if (unvouched.contains(ProcessOf(total.channel))) {
       both.published = total.count;
-      both.published_hash = total.hash;
+      both.published_hash = total.chained_hash;
     }
   }
   for (const ChannelTotal& total : published) {
     if (!total.hashed) continue;
     BothSides& both = channels[total.channel];
     both.published = total.count;
-    both.published_hash = total.hash;
+    both.published_hash = total.chained_hash;
   }
   // The first difference is told in words, the others are counted.
   std::string first;

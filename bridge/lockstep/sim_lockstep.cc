@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "bridge/lockstep/fingerprint.h"
 #include "bridge/lockstep/participant.h"
 #include "compiler/base/check.h"
 
@@ -412,13 +411,6 @@ int64_t SimLockstep::next_deadline_us() const {
     next = std::min(next, config_.realtime ? TickOverUs() : pace_.StartUs(tick_ + 1));
   }
   return next;
-}
-
-void SimLockstep::AddFingerprint(std::string* print) const {
-  AddPrints(print, phase_, tick_, acknowledged_, steps_);
-  attendance_.AddFingerprint(print);
-  AddPrints(print, barrier_, at_barrier_, leave_.armed(), stop_, paused_, holding_, ask_.armed(),
-            silent_);
 }
 
 }  // namespace morphbus::bridge

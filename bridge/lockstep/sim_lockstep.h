@@ -143,16 +143,14 @@ class SimLockstep {
   [[nodiscard]] const std::vector<int>& silent() const { return silent_; }
   /// Who has joined, answered and acknowledged, and whom the run goes on without.
   [[nodiscard]] const Attendance& attendance() const { return attendance_; }
-  /// The last tick of which the logger has everything; -1 for none.
-  [[nodiscard]] int64_t acknowledged_tick() const { return acknowledged_; }
   /// Real time only: answers that had not come when their tick was over, summed over all modules,
   /// and some more each time that the pace had to start anew.
   [[nodiscard]] int64_t missed_deadlines() const { return missed_deadlines_; }
 
-  /// Adds everything but times, as bytes: equal states are equal strings (for exploring).
-  void AddFingerprint(std::string* print) const;
-
  private:
+  /// Of tests, which explore every order of events and must know which states they have been in.
+  friend struct MachineState;
+
   /// kEnding: END is out, and not yet acknowledged by all. kConcluding: the logger must still hear
   /// how the run ended.
   enum class Phase : uint8_t { kIdle, kStart, kRun, kEnding, kConcluding, kDone };

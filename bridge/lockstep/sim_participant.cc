@@ -151,14 +151,11 @@ void SimParticipant::OnActuator(int module, const uint8_t* data, size_t size) {
   // its tick. In real time an answer may come any time late.
   const bool can_be = options_.realtime || (tick <= machine_.tick() &&
                                             tick >= machine_.tick() - kKeptTicks && number == tick);
-  if (!can_be) {
-    return CountRefused(
-        &Ledger::outside_window, channel,
-        "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
-  }
+  if (!can_be) return CountOutside(channel, tick);
   // Old and repeated commands count in the ledger.
-  SequenceTracker::Kind kind = SequenceTracker::Kind::kNext;
-  if (!Track(&received_[place], channel, number, MessageDigest(data, size), &kind)) return;
+  const SequenceTracker::Kind kind =
+      Track(&received_[place], channel, number, MessageDigest(data, size));
+  if (kind == SequenceTracker::Kind::kConflict) return;
   if (machine_.attendance().gone(module)) return;
   const bool fresh = kind != SequenceTracker::Kind::kDuplicate;
   if (options_.realtime && tick < machine_.tick() && fresh) {
@@ -178,7 +175,7 @@ void SimParticipant::OnActuator(int module, const uint8_t* data, size_t size) {
 void SimParticipant::OnResend(const uint8_t* data, size_t size) {
   morphbus::resend_t ask;
   if (!Accept(data, size, &ask)) return;
-  outbox_.Answer(ask.channel, ask.first_sequence, ask.last_sequence, now_us());
+  outbox_.Resend(ask.channel, ask.first_sequence, ask.last_sequence, now_us());
 }
 
 void SimParticipant::OnProgress(const uint8_t* data, size_t size) {

@@ -18,18 +18,23 @@ inline constexpr size_t kSparseBlock = 64;
 /// How many blocks there are in so many bytes.
 inline size_t NumSparseBlocks(size_t size) { return (size + kSparseBlock - 1) / kSparseBlock; }
 
-/// Appends a value without pointers as it stands in memory.
+/// Appends bytes as they stand in memory.
+inline void PutRaw(std::vector<uint8_t>* out, const void* data, size_t size) {
+  const auto* bytes = static_cast<const uint8_t*>(data);
+  out->insert(out->end(), bytes, bytes + size);
+}
+
+/// Appends a value without pointers.
 template <class T>
 void PutBytes(std::vector<uint8_t>* out, const T& value) {
   static_assert(std::is_trivially_copyable_v<T>);
-  const auto* bytes = reinterpret_cast<const uint8_t*>(&value);
-  out->insert(out->end(), bytes, bytes + sizeof value);
+  PutRaw(out, &value, sizeof value);
 }
 
 /// Appends a text with its length.
 inline void PutText(std::vector<uint8_t>* out, const std::string& text) {
   PutBytes(out, static_cast<uint32_t>(text.size()));
-  out->insert(out->end(), text.begin(), text.end());
+  PutRaw(out, text.data(), text.size());
 }
 
 /// Appends memory that is mostly zero: which of its blocks are not, and those. A module saves its

@@ -18,20 +18,7 @@ void TickInputs::Take(const vm::TickInput& input, const morphbus::sensors_t& sen
   input_ = input;
   // Orders hold for the tick that they came with, but for an inspection that is still to be
   // answered.
-  pieces_.clear();
-  const auto is_ours = [this](int16_t id) {
-    return static_cast<uint16_t>(id) == module_.module_id;
-  };
-  for (const morphbus::invoke_request_t& request : sensors.requests) {
-    if (is_ours(request.module_id)) FromRequest(request, &input_.requests[input_.num_requests++]);
-  }
-  for (const morphbus::deploy_piece_t& piece : sensors.pieces) {
-    if (is_ours(piece.module_id)) pieces_.push_back(piece);
-  }
-  for (const morphbus::root_pose_t& pose : sensors.root_poses) {
-    if (is_ours(pose.module_id)) FromRootPose(pose, &input_);
-  }
-  inspected_ = inspected_ || IsInspected(sensors, module_.module_id);
+  inspected_ = FromOrders(sensors, module_.module_id, &input_, &pieces_) || inspected_;
 }
 
 void TickInputs::AddMates(const vm::TickInput& input, std::vector<uint16_t>* mates) const {

@@ -39,12 +39,6 @@ StatusNames NamesOf(const vm::StatusReport& report, const vm::VerifiedKinematics
   return names;
 }
 
-/// Adds bytes at the end.
-void Append(std::vector<uint8_t>* out, const void* data, size_t size) {
-  const auto* bytes = static_cast<const uint8_t*>(data);
-  out->insert(out->end(), bytes, bytes + size);
-}
-
 /// What a saved controller begins with.
 struct SavedHead {
   uint64_t state_size = sizeof(vm::VmState);
@@ -83,6 +77,7 @@ void VmController::BeginAnew(uint32_t incarnation) {
   config_.incarnation = incarnation;
   ForgetPackages();
   programs_.Begin();
+  // The changer has gone back to the first program, with which the VM begins.
   vm_ = std::make_unique<vm::Vm>(config_, kinematics_, program(), state_.get());
   collected_ = Collected();
 }
@@ -140,13 +135,13 @@ void VmController::Save(std::vector<uint8_t>* out) {
   head.collected_id = collected_.id;
   head.collected_size = collected_.bytes.size();
   head.collected_missing = collected_.missing;
-  Append(out, &head, sizeof head);
+  PutBytes(out, head);
   // Most of the state is room for joints, tasks and messages that are not there.
   PutSparse(out, state_.get(), sizeof(vm::VmState));
-  if (relay) Append(out, &relay_state_, sizeof(vm::RelayState));
-  for (const int place : {0, 1}) Append(out, packages_.Read(place), head.package_sizes[place]);
-  Append(out, collected_.bytes.data(), collected_.bytes.size());
-  Append(out, collected_.have.data(), collected_.have.size());
+  if (relay) PutBytes(out, relay_state_);
+  for (const int place : {0, 1}) PutRaw(out, packages_.Read(place), head.package_sizes[place]);
+  PutRaw(out, collected_.bytes.data(), collected_.bytes.size());
+  PutRaw(out, collected_.have.data(), collected_.have.size());
 }
 
 bool VmController::Load(const uint8_t* data, size_t size) {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "bridge/wire/big_endian.h"
 #include "bridge/wire/stream_hash.h"
+#include "compiler/base/big_endian.h"
 #include "vm/run/mathematics.h"
 
 namespace morphbus::bridge {

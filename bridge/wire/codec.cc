@@ -5,8 +5,8 @@
 #include <array>
 #include <cstring>
 
-#include "bridge/wire/big_endian.h"
 #include "bridge/wire/wire_size.h"
+#include "compiler/base/big_endian.h"
 
 namespace morphbus::bridge {
 namespace {

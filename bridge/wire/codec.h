@@ -5,13 +5,13 @@
 // Layout: lcm-gen's (big-endian, fingerprint first); header_t comes first in every message, so its
 // crc32 stands at byte 8 and its auth at byte 12.
 
+#include <cstddef>
 #include <cstdint>
 #include <morphbus/header_t.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "bridge/wire/wire_check.h"
 #include "bridge/wire/wire_limits.h"
 #include "compiler/base/check.h"
 #include "compiler/base/result.h"
@@ -36,6 +36,14 @@ struct Expectation {
   uint64_t model_hash = 0;
   uint64_t program_hash = 0;
 };
+
+/// Checks the bytes of one message of type M, fingerprint left out, as lcm-gen lays them out.
+/// Refuses whatever the generated decoder would choke on or a receiver must not believe: lengths
+/// beyond capacities, text without its NUL or with one inside, numbers that are not finite, ids out
+/// of range, trailing bytes. Allocates nothing. Instantiated for the top-level types only
+/// (bridge/wire/wire_check.cc).
+template <class M>
+Result<void> CheckWire(const uint8_t* data, size_t size);
 
 /// CRC-32 (IEEE 802.3, reflected, as in zlib) of an encoded message, its own field counted as zero.
 /// `size` is at least 12.

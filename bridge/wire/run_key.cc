@@ -11,9 +11,9 @@
 #include <cstring>
 
 #include "bridge/bus/bus.h"
-#include "bridge/wire/big_endian.h"
 #include "bridge/wire/codec.h"
 #include "bridge/wire/wire_limits.h"
+#include "compiler/base/big_endian.h"
 #include "compiler/base/check.h"
 
 namespace morphbus::bridge {

@@ -16,8 +16,8 @@ void SealedBus::Publish(const std::string& channel, const uint8_t* data, size_t 
 
 void SealedBus::Receive(const Channels& channels, Handler handler) {
   if (hears_ == Hears::kAll) return inner_->Receive(channels, std::move(handler));
-  inner_->Receive(channels, [this, handler = std::move(handler)](
-                                std::string_view channel, const uint8_t* data, size_t size) {
+  inner_->Receive(channels, [this, handler = std::move(handler)](std::string_view channel,
+                                                                 const uint8_t* data, size_t size) {
     // Handlers need not ask again who a message is from.
     if (!key_.IsAuthentic(channel, data, size)) return CountUnauthentic(channel);
     handler(channel, data, size);

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <array>
 
-#include "bridge/wire/big_endian.h"
 #include "bridge/wire/codec.h"
+#include "compiler/base/big_endian.h"
 
 namespace morphbus::bridge {
 
@@ -20,20 +20,10 @@ uint64_t MessageDigest(const uint8_t* data, size_t size) {
 }
 
 void StreamHash::Add(uint64_t digest) {
-  // In network order, so that machines agree.
   std::array<uint8_t, 16> link;
   StoreBigEndian(value_, link.data());
   StoreBigEndian(digest, link.data() + 8);
   value_ = DigestOf(link.data(), link.size());
-}
-
-morphbus::channel_total_t ToWire(const ChannelTotal& total) {
-  morphbus::channel_total_t wire;
-  wire.channel = total.channel;
-  wire.count = total.count;
-  wire.chained_hash = static_cast<int64_t>(total.hash);
-  wire.hashed = total.hashed ? 1 : 0;
-  return wire;
 }
 
 std::string HexText(uint64_t hash) {
@@ -43,8 +33,7 @@ std::string HexText(uint64_t hash) {
 }
 
 std::string RunHash(std::vector<ChannelTotal> totals) {
-  std::sort(totals.begin(), totals.end(),
-            [](const ChannelTotal& a, const ChannelTotal& b) { return a.channel < b.channel; });
+  std::ranges::sort(totals, {}, &ChannelTotal::channel);
   XXH3_state_t state;
   // Whoever calls may list the channels in any order, but the hash depends on it: hence the sort.
   XXH3_128bits_reset(&state);
@@ -57,10 +46,8 @@ std::string RunHash(std::vector<ChannelTotal> totals) {
     XXH3_128bits_update(&state, name.c_str(), name.size() + 1);
     // Count and hash in network order, so that machines agree.
     std::array<uint8_t, 16> numbers;
-    for (size_t i = 0; i < 8; ++i) {
-      numbers[i] = static_cast<uint8_t>(static_cast<uint64_t>(total.count) >> (56 - 8 * i));
-      numbers[8 + i] = static_cast<uint8_t>(total.hash >> (56 - 8 * i));
-    }
+    StoreBigEndian(static_cast<uint64_t>(total.count), numbers.data());
+    StoreBigEndian(static_cast<uint64_t>(total.chained_hash), numbers.data() + 8);
     XXH3_128bits_update(&state, numbers.data(), numbers.size());
   }
   // As the library's canonical form: the high half first.

@@ -38,18 +38,8 @@ class StreamHash {
   uint64_t value_ = 0;
 };
 
-/// Count and hash of one channel, distinct payloads in sequence order.
-struct ChannelTotal {
-  /// Full name of the channel, the run's name included.
-  std::string channel;
-  /// Payloads, each counted once however often it was sent.
-  int64_t count = 0;
-  uint64_t hash = 0;    ///< StreamHash of them.
-  bool hashed = false;  ///< Counts for the run's hash.
-};
-
-/// The total as messages carry it.
-morphbus::channel_total_t ToWire(const ChannelTotal& total);
+/// Count and StreamHash of one channel, of distinct payloads in sequence order.
+using ChannelTotal = morphbus::channel_total_t;
 
 /// A hash as 16 hexadecimal digits.
 std::string HexText(uint64_t hash);

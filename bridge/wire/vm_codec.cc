@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <tuple>
 #include <type_traits>
@@ -406,15 +407,6 @@ void ToRequest(const vm::InvokeRequest& request, uint16_t module_id,
   kCommand(*out, request);
 }
 
-void FromRequest(const morphbus::invoke_request_t& request, vm::InvokeRequest* out) {
-  kCommand(request, *out);
-}
-
-bool IsInspected(const morphbus::sensors_t& sensors, uint16_t module_id) {
-  return std::find(sensors.inspected.begin(), sensors.inspected.end(),
-                   static_cast<int16_t>(module_id)) != sensors.inspected.end();
-}
-
 void ToRootPose(uint16_t module_id, uint8_t link, const vm::PoseF& X_RL,
                 morphbus::root_pose_t* out) {
   out->module_id = static_cast<int16_t>(module_id);
@@ -422,10 +414,23 @@ void ToRootPose(uint16_t module_id, uint8_t link, const vm::PoseF& X_RL,
   kPose(out->pose, X_RL);
 }
 
-void FromRootPose(const morphbus::root_pose_t& pose, vm::TickInput* out) {
-  out->has_root_pose = true;
-  out->root_link = static_cast<uint8_t>(pose.link);
-  kPose(pose.pose, out->X_RL_root);
+bool FromOrders(const morphbus::sensors_t& sensors, uint16_t module_id, vm::TickInput* input,
+                std::vector<morphbus::deploy_piece_t>* pieces) {
+  const auto id = static_cast<int16_t>(module_id);
+  for (const morphbus::invoke_request_t& request : sensors.requests) {
+    // Decode has seen to it that there are no more than the VM takes.
+    if (request.module_id == id) kCommand(request, input->requests[input->num_requests++]);
+  }
+  for (const morphbus::root_pose_t& pose : sensors.root_poses) {
+    if (pose.module_id != id) continue;
+    input->has_root_pose = true;
+    input->root_link = static_cast<uint8_t>(pose.link);
+    kPose(pose.pose, input->X_RL_root);
+  }
+  pieces->clear();
+  std::ranges::copy_if(sensors.pieces, std::back_inserter(*pieces),
+                       [id](const auto& piece) { return piece.module_id == id; });
+  return std::ranges::count(sensors.inspected, id) > 0;
 }
 
 std::vector<std::vector<size_t>> SplitSensors(

@@ -64,20 +64,19 @@ vm::PrintReport FromPrint(const morphbus::print_t& print);
 /// A fault of a STATUS that Decode accepted, to be worded by vm::FaultSentence.
 vm::Fault FromFault(const morphbus::fault_t& fault);
 
-/// An invocation from outside, on its way to the module that shall issue it; and back into the VM's
-/// struct, which does not name the module.
+/// An invocation from outside, on its way to the module that shall issue it.
 void ToRequest(const vm::InvokeRequest& request, uint16_t module_id,
                morphbus::invoke_request_t* out);
-void FromRequest(const morphbus::invoke_request_t& request, vm::InvokeRequest* out);
 
-/// Whether the module shall tell in STATUS of this tick what it holds.
-bool IsInspected(const morphbus::sensors_t& sensors, uint16_t module_id);
-
-/// The pose of link `link` of the root as its sensor measures it; and back, for the VM of the
-/// module that it is of.
+/// The pose of link `link` of the root as its sensor measures it.
 void ToRootPose(uint16_t module_id, uint8_t link, const vm::PoseF& X_RL,
                 morphbus::root_pose_t* out);
-void FromRootPose(const morphbus::root_pose_t& pose, vm::TickInput* out);
+
+/// What SENSORS has for a module besides its reading: adds invocations to issue and the measured
+/// pose of its link to `input`, and has `pieces` be those of a new program. Returns whether it
+/// shall tell in STATUS of this tick what it holds.
+bool FromOrders(const morphbus::sensors_t& sensors, uint16_t module_id, vm::TickInput* input,
+                std::vector<morphbus::deploy_piece_t>* pieces);
 
 /// Splits modules into SENSORS parts: indices of the modules of each part, in order, such that no
 /// part can exceed kMaxPayloadBytes whatever gets docked, asked for or deployed. `most_docked`: of

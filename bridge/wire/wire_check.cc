@@ -1,8 +1,7 @@
-#include "bridge/wire/wire_check.h"
-
 #include <string>
 #include <type_traits>
 
+#include "bridge/wire/codec.h"
 #include "bridge/wire/wire_limits.h"
 #include "bridge/wire/wire_reader.h"
 

@@ -13,8 +13,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "bridge/wire/big_endian.h"
 #include "bridge/wire/wire_size.h"
+#include "compiler/base/big_endian.h"
 
 namespace morphbus::bridge {
 

@@ -16,8 +16,8 @@
 #include <string>
 #include <type_traits>
 
-#include "bridge/wire/big_endian.h"
 #include "bridge/wire/message_layout.h"
+#include "compiler/base/big_endian.h"
 
 namespace morphbus::bridge {
 

@@ -146,21 +146,9 @@ class Rerun : private bridge::RunMessageHandler {
       input.tick = sensors.header.tick;
       input.sim_time_us = sensors.header.sim_time_us;
       Tick& tick = ticks_[input.tick];
-      // A SENSORS that was sent again must not hand its pieces of a program over twice.
-      tick.pieces.clear();
-      for (const morphbus::invoke_request_t& request : sensors.requests) {
-        if (request.module_id != reading.module_id) continue;
-        bridge::FromRequest(request, &input.requests[input.num_requests++]);
-      }
-      for (const morphbus::deploy_piece_t& piece : sensors.pieces) {
-        if (piece.module_id == reading.module_id) tick.pieces.push_back(piece);
-      }
-      for (const morphbus::root_pose_t& pose : sensors.root_poses) {
-        if (pose.module_id == reading.module_id) bridge::FromRootPose(pose, &input);
-      }
-      // The process was told its number by the launcher; the log has it in the readings.
+      // What came before with this tick is replaced: SENSORS may have been sent again.
       module_id_ = static_cast<uint16_t>(reading.module_id);
-      tick.inspected = bridge::IsInspected(sensors, module_id_);
+      tick.inspected = bridge::FromOrders(sensors, module_id_, &input, &tick.pieces);
       tick.input = input;
     }
   }

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "compiler/base/big_endian.h"
 #include "logger/log/event_log.h"
 
 namespace morphbus::logger {
@@ -27,19 +28,6 @@ constexpr uint64_t kDecisionBytes = uint64_t{64} << 20;
 /// For a search through all that follows.
 constexpr uint64_t kToTheEnd = std::numeric_limits<uint64_t>::max();
 constexpr uint8_t kMagicBytes[4] = {0xED, 0xA1, 0xDA, 0x01};
-
-/// The big-endian integers of the format; a byte at a time would slow the reading of sound logs.
-uint32_t Get32(const uint8_t* p) {
-  uint32_t v;
-  std::memcpy(&v, p, 4);
-  return __builtin_bswap32(v);
-}
-
-uint64_t Get64(const uint8_t* p) {
-  uint64_t v;
-  std::memcpy(&v, p, 8);
-  return __builtin_bswap64(v);
-}
 
 /// Event numbers of a damaged file may be anything: they wrap instead of overflowing.
 int64_t Shift(int64_t number, int64_t by) {
@@ -124,9 +112,10 @@ size_t EventLogReader::Peek(uint64_t offset, uint8_t* out, size_t size) {
 }
 
 EventLogReader::Header EventLogReader::ParseHeader(const uint8_t* bytes) {
-  return {Get32(bytes), static_cast<int64_t>(Get64(bytes + 4)),
-          static_cast<int64_t>(Get64(bytes + 12)), static_cast<int32_t>(Get32(bytes + 20)),
-          static_cast<int32_t>(Get32(bytes + 24))};
+  return {LoadBigEndian<uint32_t>(bytes), static_cast<int64_t>(LoadBigEndian<uint64_t>(bytes + 4)),
+          static_cast<int64_t>(LoadBigEndian<uint64_t>(bytes + 12)),
+          static_cast<int32_t>(LoadBigEndian<uint32_t>(bytes + 20)),
+          static_cast<int32_t>(LoadBigEndian<uint32_t>(bytes + 24))};
 }
 
 std::optional<EventLogReader::Header> EventLogReader::HeaderAt(uint64_t offset) {
@@ -216,9 +205,9 @@ void EventLogReader::SkipDamage() {
   const uint64_t log_end = log_size();
   bool cut = std::memcmp(bytes, kMagicBytes, std::min<size_t>(n, 4)) == 0;
   if (cut && n == kEventHeaderBytes) {
-    const uint32_t channel_size = Get32(bytes + 20);
-    cut =
-        channel_size > 0 && channel_size <= kMaxChannelBytes && Get32(bytes + 24) <= kMaxDataBytes;
+    const uint32_t channel_size = LoadBigEndian<uint32_t>(bytes + 20);
+    cut = channel_size > 0 && channel_size <= kMaxChannelBytes &&
+          LoadBigEndian<uint32_t>(bytes + 24) <= kMaxDataBytes;
   }
   if (cut) {
     Report(LogFinding::Kind::kTruncated, begin, log_end,
@@ -269,7 +258,8 @@ void EventLogReader::CheckNumber(const Header& header, uint64_t end) {
     uint8_t ahead[kLookaheadBytes];
     // If the next event has the number after the expected one, only this number is wrong.
     const bool has_next = Peek(end, ahead, sizeof ahead) == sizeof ahead;
-    if (has_next && static_cast<int64_t>(Get64(ahead + 4)) == Shift(expected, 1)) {
+    if (has_next &&
+        static_cast<int64_t>(LoadBigEndian<uint64_t>(ahead + 4)) == Shift(expected, 1)) {
       Report(LogFinding::Kind::kNumber, position_, position_ + kEventHeaderBytes,
              fmt::format("the event at byte {} has number {} where {} belongs", position_,
                          header.number, expected));
@@ -330,8 +320,9 @@ bool EventLogReader::Next(LogEvent* event) {
     p = Need(position_, size + ahead);
     if (p == nullptr) continue;  // The file shrank; look at it again.
     // An event whose successor follows at once is sound without a further look.
-    const bool sound = ahead == kLookaheadBytes && Get32(p + size) == kEventMagic &&
-                       static_cast<int64_t>(Get64(p + size + 4)) == Shift(header.number, 1);
+    const bool sound =
+        ahead == kLookaheadBytes && LoadBigEndian<uint32_t>(p + size) == kEventMagic &&
+        static_cast<int64_t>(LoadBigEndian<uint64_t>(p + size + 4)) == Shift(header.number, 1);
     if (!sound) {
       if (!IsSound(header)) continue;
       p = Need(position_, size + ahead);

@@ -303,7 +303,7 @@ void Recorder::WriteEnd(const RecordSummary& summary,
   do {
     end.channels.clear();
     for (; told < totals.size() && end.channels.size() < kMostTotals; ++told) {
-      end.channels.push_back(bridge::ToWire(totals[told]));
+      end.channels.push_back(totals[told]);
     }
     end.num_channels = static_cast<int16_t>(end.channels.size());
     WriteOwn(bridge::Channel(described_.run, "", Topic::kEnd), sequence++, &end);
@@ -323,11 +323,12 @@ Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
   std::vector<bridge::ChannelTotal> totals;
   std::vector<bridge::ChannelTotal> hashed;
   for (auto& [channel, written] : written_) {
-    totals.push_back({channel, written.count, written.hash.Digest(), written.hashed});
+    totals.push_back(
+        {channel, written.count, static_cast<int64_t>(written.hash.Digest()), written.hashed});
     if (written.by_number) {
       written.by_number->Finish();
       totals.back().count = written.by_number->count();
-      totals.back().hash = written.by_number->hash();
+      totals.back().chained_hash = static_cast<int64_t>(written.by_number->hash());
     }
     if (written.hashed) hashed.push_back(totals.back());
   }

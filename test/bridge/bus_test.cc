@@ -304,7 +304,7 @@ TEST_F(OutboxTest, TotalsAreTheHashOfAllPayloadsAndResendsDoNotCount) {
   }
   ASSERT_EQ(outbox.totals().size(), 1u);
   EXPECT_EQ(outbox.totals()[0].count, 40);
-  EXPECT_EQ(outbox.totals()[0].hash, expected.Digest());
+  EXPECT_EQ(static_cast<uint64_t>(outbox.totals()[0].chained_hash), expected.Digest());
 }
 
 TEST_F(OutboxTest, ASavedOutboxGoesOnAsIfNothingHadHappened) {
@@ -319,7 +319,7 @@ TEST_F(OutboxTest, ASavedOutboxGoesOnAsIfNothingHadHappened) {
   EXPECT_EQ(*used, saved.size());
   EXPECT_EQ(after.Resend("run/m1/STATUS", 29, 29), 1);
   for (int64_t tick = 30; tick < 60; ++tick) SendStatus(&after, tick);
-  EXPECT_EQ(after.totals()[0].hash, whole.totals()[0].hash);
+  EXPECT_EQ(after.totals()[0].chained_hash, whole.totals()[0].chained_hash);
 }
 
 TEST_F(OutboxTest, HeldMessagesComeOutInOrder) {

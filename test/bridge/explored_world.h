@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "bridge/lockstep/fingerprint.h"
 #include "bridge/lockstep/log_lockstep.h"
 #include "bridge/lockstep/module_lockstep.h"
 #include "bridge/lockstep/participant.h"
 #include "bridge/lockstep/sim_lockstep.h"
 #include "test/bridge/explored_message.h"
+#include "test/bridge/machine_state.h"
 #include "test/bridge/sent_messages.h"
 
 namespace morphbus::bridge {
@@ -50,13 +50,13 @@ class World : public SentMessages {
   /// The state of the nodes as a text, in the place of what the text was.
   void PrintNodes(std::string* print) const {
     print->clear();
-    sim.AddFingerprint(print);
+    MachineState::Print(sim, print);
     AddPrints(print, dead_, log_clean_);
     for (int i = 0; i < settings_.modules; ++i) {
-      modules[Index(i)].AddFingerprint(print);
+      MachineState::Print(modules[Index(i)], print);
       AddPrint(computed[Index(i)], print);
     }
-    if (settings_.logger) log.AddFingerprint(print);
+    if (settings_.logger) MachineState::Print(log, print);
   }
 
   /// The state of nodes and network.
@@ -165,7 +165,7 @@ class World : public SentMessages {
       if (computed[Index(i)] > sim.tick() + 1) return "a module is ahead of the sim";
     }
     if (!settings_.logger) return {};
-    if (!sim.ending() && sim.tick() - sim.acknowledged_tick() > settings_.window) {
+    if (!sim.ending() && sim.tick() - MachineState::AcknowledgedTick(sim) > settings_.window) {
       return "the sim is more than the window ahead of the logger";
     }
     for (int i = 0; i < settings_.modules; ++i) {

@@ -29,7 +29,7 @@ TEST(Resend, AnswersComeSoonAndNotWithoutEndHoweverOftenTheyAreAskedFor) {
   hub.HandleAll();
   heard = 0;
   for (int64_t us = 0; us < 10'000; us += 10) {
-    outbox.Answer("r/SIM/WORLD", 0, int64_t{1} << 62, 1'000'000 + us);
+    outbox.Resend("r/SIM/WORLD", 0, int64_t{1} << 62, 1'000'000 + us);
     hub.HandleAll();
   }
   EXPECT_EQ(heard, 16 * (16 + 5)) << "of each that is kept sixteen within 1.6 ms, then one in 2 ms";
@@ -52,7 +52,7 @@ TEST(RunTotals, SayNothingWhereAllAgreeAndNameTheFirstChannelThatDiffers) {
             "LOG recorded other messages on m9/STATUS than m9 published (2 of 0)");
   EXPECT_EQ(WhereTheLogDiffers(published, recorded, {"m9"}), "");
   recorded.pop_back();
-  published[1].hash = 31;
+  published[1].chained_hash = 31;
   EXPECT_EQ(WhereTheLogDiffers(published, recorded),
             "LOG recorded other messages on m1/TRANSFORM than m1 published (3 of 3)");
   published[0].count = 5;
@@ -67,7 +67,7 @@ const std::string kProcess(28, 'm');
 TEST(RunTotals, OfManyChannelsComeInPartsThatFitTheirDatagrams) {
   std::vector<ChannelTotal> totals;
   for (int i = 0; i < 300; ++i) {
-    totals.push_back({std::string(40, 'c') + std::to_string(i), i, static_cast<uint64_t>(i), true});
+    totals.push_back({std::string(40, 'c') + std::to_string(i), i, i, true});
   }
   const std::vector<morphbus::totals_t> parts = SplitTotals(kProcess, 7, totals);
   ASSERT_GT(parts.size(), 10u);

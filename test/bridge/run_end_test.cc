@@ -50,7 +50,7 @@ TEST(RunEnding, TheSilentAreNamedTheLoggerFirst) {
 }
 
 /// What a member tells of one channel.
-morphbus::totals_t Told(const std::string& process, int64_t count, uint64_t hash) {
+morphbus::totals_t Told(const std::string& process, int64_t count, int64_t hash) {
   const std::vector<ChannelTotal> totals = {{"test/m1/ACTUATOR", count, hash, true}};
   return SplitTotals(process, 9, totals).front();
 }
@@ -240,18 +240,17 @@ class AlteringBus : public LossyBus {
  public:
   explicit AlteringBus(Bus* inner) : LossyBus(inner, 0, 1) {}
   void Receive(const Channels& channels, Handler handler) override {
-    LossyBus::Receive(
-        channels,
-        [handler = std::move(handler)](std::string_view channel, const uint8_t* data, size_t size) {
-          morphbus::actuator_t command;
-          std::vector<uint8_t> bytes(data, data + size);
-          if (channel == "test/m2/ACTUATOR" && Decode(data, size, {}, &command) &&
-              command.header.tick == 6) {
-            command.joints[0].target_si += 0.001;
-            Encode(command, &bytes);
-          }
-          handler(channel, bytes.data(), bytes.size());
-        });
+    LossyBus::Receive(channels, [handler = std::move(handler)](std::string_view channel,
+                                                               const uint8_t* data, size_t size) {
+      morphbus::actuator_t command;
+      std::vector<uint8_t> bytes(data, data + size);
+      if (channel == "test/m2/ACTUATOR" && Decode(data, size, {}, &command) &&
+          command.header.tick == 6) {
+        command.joints[0].target_si += 0.001;
+        Encode(command, &bytes);
+      }
+      handler(channel, bytes.data(), bytes.size());
+    });
   }
 };
 

@@ -9,6 +9,7 @@
 
 #include "sim/bullet_robot.h"
 #include "test/sim/mtran.h"
+#include "test/sim/world_contacts.h"
 
 namespace morphbus::sim {
 namespace {
@@ -130,7 +131,7 @@ TEST(WalkTest, FeetNeverSinkIntoTheGround) {
   double deepest = 0.0;
   for (int tick = 0; tick < 475; ++tick) {
     walker.Tick();
-    for (const World::Contact& contact : walker.bullet_robot().world().contacts()) {
+    for (const auto& contact : WorldContacts::Of(walker.bullet_robot().world())) {
       deepest = std::max(deepest, contact.depth_m);
     }
   }

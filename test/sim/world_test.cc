@@ -7,6 +7,7 @@
 #include "compiler/model/forward_kinematics.h"
 #include "test/sim/mtran.h"
 #include "test/sim/toy_robots.h"
+#include "test/sim/world_contacts.h"
 
 namespace morphbus::sim {
 namespace {
@@ -126,7 +127,7 @@ TEST(WorldTest, ARobotWithoutHullsHasNothingToStandOn) {
   const auto world = MakeWorld(model, {});
   for (int step = 0; step < 500; ++step) world->Step();
   EXPECT_LT(CentreOfMass(*world).y(), -1.0);
-  EXPECT_TRUE(world->contacts().empty());
+  EXPECT_TRUE(WorldContacts::Of(*world).empty());
 }
 
 TEST(WorldTest, WithoutGroundTheRobotFalls) {

@@ -55,21 +55,13 @@ void DoctoredLog::Write(const std::string& path) {
     for (const auto& [number, payload] : stream.by_number) {
       hash.Update(payload->data(), payload->size());
     }
-    totals.push_back(
-        {channel, static_cast<int64_t>(stream.by_number.size()), hash.Digest(), stream.hashed});
+    totals.push_back({channel, static_cast<int64_t>(stream.by_number.size()),
+                      static_cast<int64_t>(hash.Digest()), stream.hashed});
     if (stream.hashed) hashed.push_back(totals.back());
   }
 
   Change<log_end_t>(Topic::kEnd, "", [&](log_end_t* end) {
-    end->channels.clear();
-    for (const bridge::ChannelTotal& total : totals) {
-      channel_total_t entry;
-      entry.channel = total.channel;
-      entry.count = total.count;
-      entry.chained_hash = static_cast<int64_t>(total.hash);
-      entry.hashed = total.hashed;
-      end->channels.push_back(entry);
-    }
+    end->channels = totals;
     end->num_channels = static_cast<int16_t>(end->channels.size());
     end->run_hash = bridge::RunHash(hashed);
     if (on_end_) on_end_(end);

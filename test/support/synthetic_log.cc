@@ -316,13 +316,8 @@ void Writer::End() {
   end.num_ticks = options_.ticks;
   std::vector<bridge::ChannelTotal> hashed;
   for (auto& [channel, total] : totals_) {
-    total.hash = hashes_[channel].Digest();
-    channel_total_t entry{};
-    entry.channel = channel;
-    entry.count = total.count;
-    entry.chained_hash = static_cast<int64_t>(total.hash);
-    entry.hashed = total.hashed;
-    end.channels.push_back(entry);
+    total.chained_hash = static_cast<int64_t>(hashes_[channel].Digest());
+    end.channels.push_back(total);
     if (total.hashed) hashed.push_back(total);
   }
   end.num_channels = static_cast<int16_t>(end.channels.size());

@@ -47,15 +47,6 @@ std::string FirstLine(const std::string& path) {
 /// A UDP socket.
 Descriptor Udp() { return Descriptor(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)); }
 
-/// The address of a group, as system calls take it.
-sockaddr_in AddressOf(uint32_t group, uint16_t port) {
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(group);
-  address.sin_port = htons(port);
-  return address;
-}
-
 /// The flags (IFF_…) of an interface; 0 if there is none of that name.
 unsigned FlagsOf(const std::string& interface) {
   const Descriptor udp = Udp();
@@ -119,7 +110,7 @@ Burst TryBurst(const bridge::LcmUrl& url) {
   getsockopt(receiver.get(), SOL_SOCKET, SO_RCVBUF, &burst.got_bytes, &size);
   burst.got_bytes /= 2;
   // The kernel chooses a free port.
-  sockaddr_in address = AddressOf(INADDR_ANY, 0);
+  sockaddr_in address = bridge::SocketAddress(INADDR_ANY, 0);
   size = sizeof address;
   ip_mreq membership = {};
   membership.imr_multiaddr.s_addr = htonl(url.group);

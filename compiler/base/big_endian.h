@@ -1,12 +1,12 @@
 #pragma once
-// Numbers in network order, as LCM writes them.
+// Numbers in network order, as LCM and its logs have them.
 
 #include <bit>
 #include <cstdint>
 #include <cstring>
 #include <type_traits>
 
-namespace morphbus::bridge {
+namespace morphbus {
 
 /// The unsigned number of type U that stands in network order at `at`, which need not be aligned.
 /// One instruction or two, where a loop over the bytes takes one for each of them.
@@ -28,4 +28,4 @@ void StoreBigEndian(U value, uint8_t* at) {
   std::memcpy(at, &swapped, sizeof swapped);
 }
 
-}  // namespace morphbus::bridge
+}  // namespace morphbus
