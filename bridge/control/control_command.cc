@@ -32,8 +32,8 @@ struct CommandRow {
   size_t least, most;
   bool takes_to, takes_cold, takes_at = false;
 };
-/// A command has no room for so many words.
-constexpr size_t kAnyNumber = 64;
+/// More words than `invoke` could hand over: a program's command has fewer arguments.
+constexpr size_t kMostArguments = 64;
 constexpr CommandRow kCommands[] = {
     {"pause", "", 0, 0, false, false},
     {"resume", "", 0, 0, false, false},
@@ -47,7 +47,7 @@ constexpr CommandRow kCommands[] = {
     {"connect", " m1.c2 m2.c5", 2, 2, false, false},
     {"disconnect", " m2.c3", 1, 1, false, false},
     {"deploy", " PROG.dyn [--to m5] [--at SECONDS]", 1, 2, true, false, true},
-    {"invoke", " Role.command [ARGUMENT...] [--to m5]", 1, kAnyNumber, true, false},
+    {"invoke", " Role.command [ARGUMENT...] [--to m5]", 1, kMostArguments, true, false},
     {"inspect", " [m5]", 0, 1, false, false},
 };
 
@@ -329,7 +329,7 @@ Result<void> CheckInvoke(const ControlCommand& command) {
     return Fail("invoke: expected Role.command");
   }
   // The first word is the command.
-  if (command.arguments.size() >= kAnyNumber) return Fail("invoke: too many arguments");
+  if (command.arguments.size() >= kMostArguments) return Fail("invoke: too many arguments");
   for (const std::string& argument : command.arguments) {
     if (sound) sound = CheckWord("an argument", argument);
   }

@@ -73,8 +73,7 @@ MessagePart PartOf(const RunMessage& message) {
   switch (message.name.topic) {
     case Topic::kSensors:
     case Topic::kWorld:
-      // Both types begin with them.
-      return {PeekWorldPart(message.data), PeekWorldParts(message.data)};
+      return {PeekPart(message.data), PeekParts(message.data)};
     case Topic::kClock:
     case Topic::kTransform:
     case Topic::kActuator:

@@ -13,8 +13,8 @@
 
 namespace morphbus::bridge {
 
-/// Seals what a process says, and is the only place where it checks what it hears. It stands next
-/// to the network, before everything that decodes, counts or decides.
+/// Seals what a process says, and is the only place where it asks whether what it hears is the
+/// run's own. It stands next to the network, before everything that decodes, counts or decides.
 class SealedBus : public ForwardingBus {
  public:
   /// Channels that are told apart in unauthentic(): their names may be anybody's inventions.

@@ -1,6 +1,7 @@
 #pragma once
 // Single fields of messages, read at their places without decoding the rest: for readers of logs,
-// who want one field of a million messages. The message must have passed CheckBody (codec.h).
+// who want one field of a million messages, and for modules, of whom each wants its own reading of
+// all in SENSORS. The message must have passed CheckBody (codec.h).
 // Places of fields before all arrays are looked up in the layout; those behind arrays follow from
 // the order of the fields in lcmtypes/. test/bridge/codec_test.cc compares them with what the
 // decoders say.
@@ -29,11 +30,15 @@ inline int64_t PeekSimTime(const uint8_t* data) {
   return PeekInteger<int64_t>(data + OffsetOf<morphbus::header_t>("sim_time_us"));
 }
 
-/// Of WORLD: which part it is, and how many there are.
-inline int16_t PeekWorldPart(const uint8_t* data) {
+/// Of WORLD and SENSORS, whose fields before their lists are the same: which part it is, and how
+/// many there are.
+static_assert(OffsetOf<morphbus::world_t>("part") == OffsetOf<morphbus::sensors_t>("part") &&
+              OffsetOf<morphbus::world_t>("num_parts") ==
+                  OffsetOf<morphbus::sensors_t>("num_parts"));
+inline int16_t PeekPart(const uint8_t* data) {
   return PeekInteger<int16_t>(data + OffsetOf<morphbus::world_t>("part"));
 }
-inline int16_t PeekWorldParts(const uint8_t* data) {
+inline int16_t PeekParts(const uint8_t* data) {
   return PeekInteger<int16_t>(data + OffsetOf<morphbus::world_t>("num_parts"));
 }
 

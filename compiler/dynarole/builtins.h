@@ -1,6 +1,6 @@
 #pragma once
-// The words that every program may use: the directions and axes behind '$', what `self` offers, and
-// what joints offer behind a dot. One table each.
+// The words that every program may use: the directions and axes behind '$', functions, what `self`
+// offers, and what joints, connectors and sensors offer behind a dot. One table each.
 
 #include <cstdint>
 #include <string>

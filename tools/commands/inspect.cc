@@ -17,12 +17,12 @@ namespace {
 using bridge::Topic;
 
 /// Ticks of which is kept what was heard.
-constexpr size_t kKeptTicks = 64;
+constexpr size_t kMostTicksOfAnswer = 64;
 
 /// Keeps the newest ticks only.
 template <class Map>
 void DropOld(Map* ticks) {
-  while (ticks->size() > kKeptTicks) ticks->erase(ticks->begin());
+  while (ticks->size() > kMostTicksOfAnswer) ticks->erase(ticks->begin());
 }
 
 }  // namespace
@@ -76,7 +76,7 @@ void InspectionListener::OnSensors(const bridge::RunMessage& /*message*/,
 void InspectionListener::OnStatus(const bridge::RunMessage& message, morphbus::status_t&& status) {
   const std::string module(message.name.process);
   // An answer may come in several STATUS messages; it counts once it is whole.
-  auto held = collectors_.try_emplace(module, kKeptTicks).first->second.Take(status);
+  auto held = collectors_.try_emplace(module, kMostTicksOfAnswer).first->second.Take(status);
   if (!held) return;
   auto& answers = answers_[module];
   // Of several answers of one tick, as after a restart, the last one counts.

@@ -184,10 +184,10 @@ void SetConvention(Context& context, int joint, int link, Axis axis, Fault* faul
   Vec3 direction = JointDirection(context, joint);
   if (link == j.link_b) direction = Subtract(Vec3{}, direction);
   const float along = Dot(direction, UnitOf(axis));
-  if (!(std::fabs(along) >= kSin15)) {
+  if (!LeadsTowards(std::fabs(along), 1.0f)) {
     fault->code = FaultCode::kAxisNotAligned;
     fault->measured = Mathematics(Opcode::kAcos, std::fabs(along), 0);
-    fault->limit = 75.0f;
+    fault->limit = kMostDegreesFromDirection;
     fault->asked_axis = axis;
     fault->direction_R = direction;
     return;

@@ -31,15 +31,14 @@ float ValueOf(const Context& context, int sensor) {
 }  // namespace
 
 OpResult ModuleServices::SensorTowards(SensorKind kind, int keyword, Direction d, float* value) {
-  // The rule of "towards": at least 15 degrees out of the plane square to the direction.
   const Vec3 wanted = UnitOf(d);
-  float best = kSin15;
+  float best = 0;
   bool found = false;
   for (int i = 0; context_.state.pose.has && i < context_.kinematics.num_sensors(); ++i) {
     if (context_.kinematics.sensor(i).kind != kind) continue;
     // All look towards $ANY.
     const float along = d == Direction::kAny ? 1.0f : Dot(SensorDirection(context_, i), wanted);
-    if (along < kSin15) continue;
+    if (!LeadsTowards(along, 1.0f)) continue;
     const float reading = ValueOf(context_, i);
     if (kind == SensorKind::kContact) {
       // Any touch counts.

@@ -56,7 +56,8 @@ struct NeighbourRecord {
 struct PoseState {
   /// True once a pose has been accepted; the other fields hold from then on.
   bool has = false;
-  /// True if nothing newer came for kPoseStaleTicks.
+  /// True if nothing newer came for kPoseStaleTicks, and in real time for the ticks of grace
+  /// besides.
   bool stale = false;
   /// The module that broadcast it.
   uint16_t root = 0;

@@ -212,9 +212,7 @@ bool LiesTowards(const Context& context, int connector, Direction d) {
   const Vec3 place_R = Add(X_RL.p, Rotate(X_RL.q, neighbour.place_L));
   const Vec3 displacement = Subtract(place_R, PlaceOf(context));
   const float distance = Norm(displacement);
-  // The product is with sin 15 deg because the angle is counted out of the plane normal to the
-  // direction.
-  return distance > kSamePlace && Dot(displacement, UnitOf(d)) >= kSin15 * distance;
+  return distance > kSamePlace && LeadsTowards(Dot(displacement, UnitOf(d)), distance);
 }
 
 Vec3 JointDirection(const Context& context, int joint) {

@@ -5,9 +5,13 @@
 
 namespace morphbus::vm {
 
-/// The sine of 15 degrees: a vector lies towards a direction if their dot product is at least this
-/// share of its length, and a joint can turn about an axis if it is not more nearly square to it.
+/// The rule of "towards", for neighbours, sensors and axes of joints alike: a vector leads towards
+/// a direction if it leads at least 15 degrees out of the plane normal to it. `along` is the
+/// vector's dot product with the direction, `length` the vector's own length.
 inline constexpr float kSin15 = 0.25881905f;
+inline bool LeadsTowards(float along, float length) { return along >= kSin15 * length; }
+/// The largest angle from the direction that the rule leaves, degrees: for messages.
+inline constexpr float kMostDegreesFromDirection = 75.0f;
 
 /// The root sets its pose; any other module takes the newest that a neighbour offers (newest
 /// sequence, then fewer hops, then lower connector; never one that is not newer than its last, so
