@@ -116,7 +116,7 @@ class Rerun : private bridge::RunMessageHandler {
     if (topic == Topic::kEnd) newest_said_ = std::numeric_limits<int64_t>::max();
     if (!IsOwn(*message)) {
       const bool wanted = topic == Topic::kSensors     ? tick >= next_tick_
-                          : topic == Topic::kTransform ? tick >= next_tick_ - kOldestUsefulTicks
+                          : topic == Topic::kTransform ? tick >= OldestUseful()
                                                        : false;
       if (wanted) bridge::ReadMessage(*message, this);
     } else if (tick >= next_tick_) {
@@ -213,7 +213,7 @@ class Rerun : private bridge::RunMessageHandler {
     }
     if (next_tick_ == before) return;
     for (auto& [mate, messages] : heard_) {
-      messages.erase(messages.begin(), messages.lower_bound(next_tick_ - kOldestUsefulTicks));
+      messages.erase(messages.begin(), messages.lower_bound(OldestUseful()));
     }
   }
 
@@ -318,11 +318,15 @@ class Rerun : private bridge::RunMessageHandler {
     return unheard;
   }
 
+  /// The oldest tick of which a neighbour's message can still be taken: by the next tick to be
+  /// computed, for which those of the tick before it are wanted.
+  [[nodiscard]] int64_t OldestUseful() const { return next_tick_ - 1 - kOldestUsefulTicks; }
+
   /// What a neighbour said at `tick`; in real time an older message will do.
   [[nodiscard]] const morphbus::transform_t* HeardFrom(uint16_t mate, int64_t tick) const {
     const auto messages = heard_.find(mate);
     if (messages == heard_.end()) return nullptr;
-    const int64_t oldest = realtime() ? tick - kOldestUsefulTicks + 1 : tick;
+    const int64_t oldest = realtime() ? tick - kOldestUsefulTicks : tick;
     for (int64_t t = tick; t >= std::max<int64_t>(0, oldest); --t) {
       const auto found = messages->second.find(t);
       if (found != messages->second.end()) return &found->second;

@@ -3,8 +3,8 @@
 //
 // Time is the run's sim time where messages carry it, so a log replays at the robot's pace whatever
 // pace it was recorded at; messages without it go out where they stand. What would disturb a live
-// run is never published: CONTROL, HELLO, ASK and END never, and nothing at all while a live run of
-// the same name is on the bus.
+// run is never published: only messages of ticks, HEALTH and INFO go out (IsReplayed in
+// replay_delivery.h), and nothing at all while a live run of the same name is on the bus.
 
 #include <cstdint>
 #include <functional>
@@ -67,7 +67,7 @@ struct ReplayOptions {
 struct ReplayProgress {
   /// Messages sent on the bus, over all loops.
   int64_t published = 0;
-  /// Messages of CONTROL, HELLO, ASK and END, which never go out.
+  /// Messages of other kinds (IsReplayed in replay_delivery.h), which never go out.
   int64_t withheld = 0;
   /// Messages that do not match `channel`, are out of range, or have a name too long for LCM.
   int64_t filtered = 0;

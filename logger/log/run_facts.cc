@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -40,7 +41,7 @@ nlohmann::json ChannelJson(const LogFacts& f, const ChannelFacts& c) {
   // Keys that mean nothing for the channel are left out; `matches_end` is null where END says
   // nothing.
   if (c.lost > 0) json["first_lost"] = c.first_lost;
-  if (c.hashed) json["hash"] = fmt::format("{:016x}", c.hash);
+  if (c.hashed) json["hash"] = Hex(c.hash);
   json["matches_end"] = c.matches_end ? nlohmann::json(*c.matches_end) : nlohmann::json(nullptr);
   return json;
 }

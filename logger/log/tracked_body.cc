@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "compiler/model/forward_kinematics.h"
+#include "compiler/model/link_mass.h"
 
 namespace morphbus::logger {
 
@@ -39,11 +40,12 @@ TrackedBody Trunk(const model::Model& model, const model::Robot& robot) {
   for (int m = 0; m < static_cast<int>(body_of.size()); ++m) {
     const model::ModuleType& type = model.TypeOf(robot, m);
     for (int l = 0; l < static_cast<int>(body_of[m].size()); ++l) {
-      // The first moment of a link is its mass times its position.
+      // The first moment of a link is its mass times the place of its centre of mass.
       Sum& sum = bodies.try_emplace(body_of[m][l], Sum{0.0, Eigen::Vector3d::Zero(), {m, l}})
                      .first->second;
-      sum.kg += type.links[l].mass_kg;
-      sum.moment_R += type.links[l].mass_kg * start.X_RL[m][l].translation();
+      const model::LinkMass mass = model::ComputeLinkMass(type, l);
+      sum.kg += mass.mass_kg;
+      sum.moment_R += mass.mass_kg * (start.X_RL[m][l] * mass.p_LoLcm_L);
     }
   }
   // A body without mass has no centre: its first link's frame is followed then.

@@ -280,8 +280,6 @@ TEST(RecorderTest, DescriptionOfNothingIsRefused) {
   EXPECT_FALSE(Recorder::Create(&run.log_seat->bus, &run.time, recording).has_value());
 }
 
-// Whoever is on the bus can make messages that pass all checks and are nobody's. Each bit of the
-// headers of HELLO, ASK and HEALTH is turned, with the CRC that fits.
 TEST(Recorder, TheLedgerThatAProcessPublishedLastCountsWhateverIsSaidAgainOrComesLate) {
   const TempFile file, turned;
   Options options;
@@ -327,6 +325,8 @@ TEST(Recorder, TheLedgerThatAProcessPublishedLastCountsWhateverIsSaidAgainOrCome
   EXPECT_EQ(log->facts.health.at("m1").sent, last.sent);
 }
 
+// A stranger on the bus turns each bit of the header of the first message of every kind outside the
+// hash, and mends the CRC.
 TEST(Recorder, WritesNothingThatReadersTakeForDamage) {
   const TempFile file;
   int forged = 0;
