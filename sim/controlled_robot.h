@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <string>
 
-#include "bridge/lockstep/simulated_robot.h"
+#include "bridge/lockstep/sim/simulated_robot.h"
 #include "compiler/base/result.h"
 
 namespace morphbus::sim {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "bridge/lockstep/tick_inputs.h"
+#include "bridge/lockstep/module/tick_inputs.h"
 #include "bridge/wire/channels.h"
 #include "compiler/base/check.h"
 

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "bridge/lockstep/module_participant.h"
+#include "bridge/lockstep/module/module_participant.h"
 #include "bridge/module/module_images.h"
 #include "bridge/module/snapshot_file.h"
 #include "bridge/module/vm_controller.h"

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "bridge/lockstep/module_participant.h"
+#include "bridge/lockstep/module/module_participant.h"
 #include "bridge/module/package_memory.h"
 #include "vm/programs/program_changer.h"
 #include "vm/vm.h"

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "bridge/description/run_model.h"
-#include "bridge/lockstep/tick_inputs.h"
+#include "bridge/lockstep/module/tick_inputs.h"
 #include "bridge/module/vm_controller.h"
 #include "bridge/observe/run_message.h"
 #include "bridge/wire/codec.h"

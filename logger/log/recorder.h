@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "bridge/description/described_run.h"
-#include "bridge/lockstep/log_participant.h"
+#include "bridge/lockstep/log/log_participant.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/stream_hash.h"
 #include "compiler/base/text_hash.h"

@@ -1,6 +1,6 @@
 // Which members of a run have done what the simulator waits for.
 
-#include "bridge/lockstep/attendance.h"
+#include "bridge/lockstep/sim/attendance.h"
 
 #include <gtest/gtest.h>
 

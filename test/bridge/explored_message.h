@@ -5,9 +5,9 @@
 #include <compare>
 #include <cstdint>
 
-#include "bridge/lockstep/log_lockstep.h"
+#include "bridge/lockstep/log/log_lockstep.h"
 #include "bridge/lockstep/participant.h"
-#include "bridge/lockstep/sim_lockstep.h"
+#include "bridge/lockstep/sim/sim_lockstep.h"
 
 namespace morphbus::bridge {
 

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "bridge/lockstep/log_lockstep.h"
-#include "bridge/lockstep/module_lockstep.h"
+#include "bridge/lockstep/log/log_lockstep.h"
+#include "bridge/lockstep/module/module_lockstep.h"
 #include "bridge/lockstep/participant.h"
-#include "bridge/lockstep/sim_lockstep.h"
+#include "bridge/lockstep/sim/sim_lockstep.h"
 #include "test/bridge/explored_message.h"
 #include "test/bridge/machine_state.h"
 #include "test/bridge/sent_messages.h"

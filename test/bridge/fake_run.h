@@ -11,9 +11,9 @@
 #include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/inproc_bus.h"
 #include "bridge/lockstep/late_messages.h"
-#include "bridge/lockstep/log_participant.h"
-#include "bridge/lockstep/module_participant.h"
-#include "bridge/lockstep/sim_participant.h"
+#include "bridge/lockstep/log/log_participant.h"
+#include "bridge/lockstep/module/module_participant.h"
+#include "bridge/lockstep/sim/sim_participant.h"
 #include "bridge/wire/sealed_bus.h"
 
 namespace morphbus::bridge {

@@ -9,9 +9,9 @@
 #include <type_traits>
 #include <utility>
 
-#include "bridge/lockstep/log_lockstep.h"
-#include "bridge/lockstep/module_lockstep.h"
-#include "bridge/lockstep/sim_lockstep.h"
+#include "bridge/lockstep/log/log_lockstep.h"
+#include "bridge/lockstep/module/module_lockstep.h"
+#include "bridge/lockstep/sim/sim_lockstep.h"
 
 namespace morphbus::bridge {
 

@@ -6,10 +6,10 @@
 #include <morphbus/transform_t.hpp>
 
 #include "bridge/bus/inproc_bus.h"
-#include "bridge/lockstep/module_lockstep.h"
-#include "bridge/lockstep/module_snapshot.h"
-#include "bridge/lockstep/neighbour_mail.h"
-#include "bridge/lockstep/tick_inputs.h"
+#include "bridge/lockstep/module/module_lockstep.h"
+#include "bridge/lockstep/module/module_snapshot.h"
+#include "bridge/lockstep/module/neighbour_mail.h"
+#include "bridge/lockstep/module/tick_inputs.h"
 #include "bridge/wire/vm_codec.h"
 #include "test/bridge/fake_run.h"
 

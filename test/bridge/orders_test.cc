@@ -4,8 +4,8 @@
 
 #include <numeric>
 
-#include "bridge/lockstep/module_orders.h"
-#include "bridge/lockstep/package_delivery.h"
+#include "bridge/lockstep/sim/module_orders.h"
+#include "bridge/lockstep/sim/package_delivery.h"
 #include "bridge/wire/wire_limits.h"
 #include "test/bridge/fake_run.h"
 

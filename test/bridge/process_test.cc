@@ -15,8 +15,8 @@
 
 #include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/lcm_bus.h"
-#include "bridge/lockstep/log_participant.h"
-#include "bridge/lockstep/sim_participant.h"
+#include "bridge/lockstep/log/log_participant.h"
+#include "bridge/lockstep/sim/sim_participant.h"
 #include "test/bridge/fake_images.h"
 #include "test/bridge/fake_run.h"
 #include "test/bridge/lossy_bus.h"

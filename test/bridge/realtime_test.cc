@@ -7,7 +7,7 @@
 #include <string>
 
 #include "bridge/bus/fault_plan.h"
-#include "bridge/lockstep/sim_lockstep.h"
+#include "bridge/lockstep/sim/sim_lockstep.h"
 #include "bridge/wire/codec.h"
 #include "test/bridge/fake_run.h"
 

@@ -1,6 +1,6 @@
 // What the logger knows of the channels that count for the run's hash.
 
-#include "bridge/lockstep/received_streams.h"
+#include "bridge/lockstep/log/received_streams.h"
 
 #include <gtest/gtest.h>
 

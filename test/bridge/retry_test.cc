@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "bridge/lockstep/module_lockstep.h"
+#include "bridge/lockstep/module/module_lockstep.h"
 #include "bridge/lockstep/retry_timer.h"
-#include "bridge/lockstep/sim_lockstep.h"
+#include "bridge/lockstep/sim/sim_lockstep.h"
 #include "test/bridge/fake_run.h"
 #include "test/bridge/lossy_bus.h"
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "bridge/lockstep/run_ending.h"
+#include "bridge/lockstep/sim/run_ending.h"
 #include "bridge/wire/codec.h"
 #include "test/bridge/fake_run.h"
 #include "test/bridge/lossy_bus.h"

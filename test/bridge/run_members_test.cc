@@ -1,6 +1,6 @@
 // Who may take part in a run, and whose place a process may take.
 
-#include "bridge/lockstep/run_members.h"
+#include "bridge/lockstep/sim/run_members.h"
 
 #include <gtest/gtest.h>
 

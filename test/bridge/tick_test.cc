@@ -10,9 +10,9 @@
 #include <morphbus/world_t.hpp>
 
 #include "bridge/bus/inproc_bus.h"
-#include "bridge/lockstep/robot_readings.h"
-#include "bridge/lockstep/tick_commands.h"
-#include "bridge/lockstep/tick_publisher.h"
+#include "bridge/lockstep/sim/robot_readings.h"
+#include "bridge/lockstep/sim/tick_commands.h"
+#include "bridge/lockstep/sim/tick_publisher.h"
 #include "bridge/wire/codec.h"
 #include "test/bridge/fake_run.h"
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "bridge/control/control_command.h"
-#include "bridge/lockstep/sim_participant.h"
+#include "bridge/lockstep/sim/sim_participant.h"
 #include "sim/controlled_robot.h"
 #include "tools/control/command_check.h"
 #include "tools/control/deployment_schedule.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bridge/control/control_command.h"
-#include "bridge/lockstep/sim_participant.h"
+#include "bridge/lockstep/sim/sim_participant.h"
 #include "sim/controlled_robot.h"
 #include "tools/control/command_check.h"
 #include "tools/control/command_effects.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bridge/bus/faulty_bus.h"
-#include "bridge/lockstep/sim_participant.h"
+#include "bridge/lockstep/sim/sim_participant.h"
 #include "compiler/model/robot_model.h"
 #include "compiler/model/run_description.pb.h"
 #include "sim/controlled_robot.h"

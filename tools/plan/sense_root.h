@@ -1,7 +1,7 @@
 #pragma once
 // --root-sensor: the root is told where it is by a sensor, tick by tick.
 
-#include "bridge/lockstep/sim_participant.h"
+#include "bridge/lockstep/sim/sim_participant.h"
 #include "sim/controlled_robot.h"
 #include "tools/plan/run_plan.h"
 
