@@ -1,7 +1,6 @@
 #include "bridge/bus/bus_adapters.h"
 
 #include <map>
-#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -54,13 +53,13 @@ struct BusMux::Impl {
   void Add(const Channels& channels, int endpoint, Bus::Handler handler) {
     std::shared_ptr<Route>& route = routes[channels.name][channels.by];
     if (route == nullptr) route = std::make_shared<Route>();
-    const std::optional<Interest> before =
-        route->empty() ? std::nullopt : std::optional(Merge(*route));
+    const bool first = route->empty();
+    const Interest before = first ? Interest() : Merge(*route);
     (*route)[endpoint] = {std::make_shared<Bus::Handler>(std::move(handler)), channels.interest};
     // The shared bus is asked only by the first endpoint that wants the channels, or more of them.
     Channels shared = channels;
     shared.interest = Merge(*route);
-    if (before != shared.interest) bus->Receive(shared, Distributor(route));
+    if (first || before != shared.interest) bus->Receive(shared, Distributor(route));
   }
 
   /// Drops an endpoint's handlers under a name, and the shared subscriptions with the last one.
