@@ -37,7 +37,8 @@ struct Expectation {
   uint64_t program_hash = 0;
 };
 
-/// Checks the bytes of one message of type M, fingerprint left out, as lcm-gen lays them out.
+/// Checks the bytes of one message of type M as lcm-gen lays them out; its fingerprint is passed
+/// over, since Check has looked at it.
 /// Refuses whatever the generated decoder would choke on or a receiver must not believe: lengths
 /// beyond capacities, text without its NUL or with one inside, numbers that are not finite, ids out
 /// of range, trailing bytes. Allocates nothing. Instantiated for the top-level types only

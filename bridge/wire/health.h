@@ -12,8 +12,8 @@ namespace morphbus::bridge {
 /// What a process sent, received, missed and refused since it began: the counts of HEALTH, as
 /// lcmtypes/health_t.lcm explains them, and its two fields about what was refused; MakeHealth fills
 /// in the rest. Every authentic message that arrives counts as received or as bad; those that were
-/// sound and yet refused count as received, and once more as conflicts, outside_window or
-/// fragments.
+/// sound and yet refused count as received, and once more as conflicts or outside_window. Fragments
+/// are dropped unread, and count as such only.
 struct Ledger : morphbus::health_t {
   Ledger() : morphbus::health_t{} {}
 };

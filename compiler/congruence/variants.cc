@@ -199,7 +199,7 @@ class VariantFinder {
         continue;
       }
       JoinModules();
-      if (Enough() || stop_after_one_) return;
+      if (Enough() || stop_after_one_ || rejected_ > kMaxRejected) return;
     }
   }
 
@@ -241,7 +241,9 @@ class VariantFinder {
     for (int tries = 0; tries < kMaxJoinings && !Enough();) {
       // All are made, or all ways of one are used up: the one before it gets its next.
       const bool complete = d == count;
-      if (complete) Finish(variant);
+      // The bodies lie as the placements say, in whichever ways they are joined: one joining that
+      // is not congruent speaks for all.
+      if (complete && !Finish(variant)) return;
       const std::vector<Way>* ways = complete ? nullptr : &AlternativesOf(d);
       if (complete || next[d] == ways->size()) {
         if (d-- == 0) return;
@@ -282,16 +284,16 @@ class VariantFinder {
     return joined;
   }
 
-  /// Whether the present search shall end.
+  /// Whether as many variants are found as the present search is for.
   [[nodiscard]] bool Enough() const {
-    return found_.size() >= options_.max || rejected_ > kMaxRejected ||
-           (stop_after_one_ && found_.size() > found_before_);
+    return found_.size() >= options_.max || (stop_after_one_ && found_.size() > found_before_);
   }
 
-  /// Completes a robot whose dockings are chosen; keeps it if it is new and congruent.
-  void Finish(model::Robot variant) {
+  /// Completes a robot whose dockings are chosen; keeps it if it is new and congruent. False if it
+  /// is not congruent.
+  bool Finish(model::Robot variant) {
     const Key key = KeyOf(variant.dockings);
-    if (seen_.count(key) > 0) return;
+    if (seen_.count(key) > 0) return true;
 
     // Joints get the start values that put the bodies where they were.
     for (size_t m = 0; m < robot_.modules.size(); ++m) {
@@ -314,6 +316,7 @@ class VariantFinder {
     } else {
       ++rejected_;
     }
+    return masses.has_value();
   }
 
   /// The robot frame stays where it is, on the link that now stands for the root link.

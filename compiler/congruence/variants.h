@@ -14,8 +14,8 @@ namespace morphbus::congruence {
 
 struct VariantOptions {
   size_t max = 10;
-  /// Absent: the first ones of an enumeration, the latest modules changing fastest. Present: drawn
-  /// at random, the same for the same seed.
+  /// Absent: the first ones of an enumeration: ways of the latest dockings change fastest, then the
+  /// latest modules. Present: drawn at random, the same for the same seed.
   std::optional<uint64_t> seed;
 };
 

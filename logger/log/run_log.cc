@@ -76,8 +76,9 @@ class Loader : private bridge::RunMessageHandler {
       channel.first_lost = stream.first_lost();
       channel.hash = stream.hash();
       channel.sim_seconds = stream.sim_seconds();
-      if (channel.hashed)
+      if (channel.hashed) {
         totals.push_back({name, channel.messages, static_cast<int64_t>(channel.hash), true});
+      }
     }
     for (auto& [name, channel] : facts_.channels) {
       if (!channel.ours) channel.messages = channel.events;
