@@ -296,6 +296,9 @@ Result<void> BulletRobot::Push(const std::string& module, const Eigen::Vector3d&
   const std::optional<int> l =
       link.empty() ? std::optional<int>(0) : model_->TypeOf(robot(), *m).FindLink(link);
   if (!l) return Fail("module " + module + " has no link " + link);
+  // A force that is no number would throw the robot out of what the physics can compute. How strong
+  // a push may be is for who takes the command.
+  if (!f_W.allFinite()) return Fail("a push needs a force of finite newtons");
   // At least one step, so that no push is without any effect.
   const double us = seconds > 0 ? seconds * 1e6 : options_.tick_us;
   const int64_t steps = std::max<int64_t>(1, std::llround(us / options_.physics_step_us));
