@@ -26,9 +26,10 @@ class Determinism(Case):
         plain = self.run_once('--isolate')
         lossy = self.run_once('--isolate', '--loss', 0.2, '--seed', 5)
         self.assertEqual(lossy['hash'], plain['hash'])
-        self.assertGreater(lossy['processes']['LOG']['discarded'], 0)
-        self.assertGreater(lossy['processes']['SIM']['discarded'], 0)
-        self.assertGreater(lossy['processes']['m5']['discarded'], 0)
+        # What others lost they tell in HEALTH, which may be lost as anything else: not every process is heard of.
+        discarded = {name: process['discarded'] for name, process in lossy['processes'].items()}
+        self.assertGreater(discarded.pop('LOG'), 0)
+        self.assertGreater(sum(discarded.values()), 0, discarded)
         self.assertGreater(lossy['resent'], 0)
         self.assertEqual(morphbus('verify', self.folder / 'x.log').returncode, 0)
 
