@@ -16,8 +16,8 @@ void SortByTime(std::vector<Sample>* samples, bool unique) {
     std::ranges::stable_sort(*samples, {}, &Sample::time_us);
   }
   if (!unique) return;
-  const auto same = std::ranges::unique(*samples, {}, &Sample::time_us);
-  samples->erase(same.begin(), same.end());
+  const auto at_one_time = [](const Sample& a, const Sample& b) { return a.time_us == b.time_us; };
+  samples->erase(std::unique(samples->begin(), samples->end(), at_one_time), samples->end());
 }
 
 /// Moves the samples before `end_us` from those that were read ahead to a series, in order of time

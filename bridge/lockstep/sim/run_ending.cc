@@ -30,7 +30,8 @@ std::string RunEnding::Wrong(const Facts& facts) const {
   if (!refusal_.empty() || facts.silent.empty()) return refusal_;
   // The sentence begins with their names, that of the logger first: there is but one.
   std::vector<std::string> names = facts.silent;
-  std::ranges::stable_partition(names, [](const auto& name) { return name == kLogProcess; });
+  std::stable_partition(names.begin(), names.end(),
+                        [](const auto& name) { return name == kLogProcess; });
   const std::string text = NameFirst(names, kMostSilentNamed) +
                            (names.size() == 1 ? " does not answer" : " do not answer");
   return facts.ticks == 0 ? text + " (the run had not begun)" : text;
