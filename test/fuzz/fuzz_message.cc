@@ -2,6 +2,7 @@
 // The first byte of the input picks the type; if the rest lacks a right CRC and fingerprint, the
 // message is tried once more with both mended, so that the checks behind them are reached.
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <morphbus/actuator_t.hpp>
@@ -41,7 +42,11 @@ void TryOne(const std::vector<uint8_t>& bytes) {
   if (!bridge::Decode(bytes.data(), bytes.size(), bridge::Expectation{}, &message)) return;
   std::vector<uint8_t> again;
   bridge::Encode(message, &again);
-  if (again != bytes) __builtin_trap();
+  // Encode leaves the hash with the run's key, which the CRC covers, to the bus that sends.
+  std::vector<uint8_t> unsealed = bytes;
+  std::fill(unsealed.begin() + bridge::kAuthOffset, unsealed.begin() + bridge::kContentOffset, 0);
+  bridge::PatchCrc(unsealed.data(), unsealed.size());
+  if (again != unsealed) __builtin_trap();
   if constexpr (std::is_same_v<M, transform_t>) {
     vm::NeighbourMessage neighbour;
     bridge::FromTransform(message, &neighbour);
