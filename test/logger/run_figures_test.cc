@@ -12,6 +12,7 @@
 #include "bridge/description/run_model.h"
 #include "compiler/base/text.h"
 #include "logger/log/run_log.h"
+#include "logger/log/tracked_body.h"
 
 namespace morphbus::logger {
 namespace {
@@ -226,6 +227,16 @@ TEST_F(RunFiguresTest, TheCentreOfMassIsThatOfAllLinks) {
   // 2 kg at z = -0.1 and 6 kg at 0.1; by x between the modules.
   const RobotSample& sample = figures.motion.track.front();
   EXPECT_TRUE(sample.p_WCm.isApprox(Vector3d(0.2, 1, 0.05), 1e-9)) << sample.p_WCm.transpose();
+}
+
+TEST_F(RunFiguresTest, TheTrunkIsTheHeaviestBodyAtItsCentreOfMass) {
+  // Each heavy cube weighs 3 kg, the two light ones together 2 kg: of two heaviest bodies the
+  // first.
+  const TrackedBody trunk = Trunk(model_, model_.robots[0]);
+  EXPECT_EQ(trunk.link.module, 0);
+  EXPECT_EQ(trunk.link.link, 1);
+  // The link's frame lies in the hinge, the cube 0.1 m beside it.
+  EXPECT_LT((trunk.X_LP.translation() - Vector3d(0, 0, 0.1)).norm(), 1e-12);
 }
 
 TEST_F(RunFiguresTest, WhatPartsAndDocksHasTheSameCentreOfMass) {
