@@ -52,6 +52,15 @@ class Rerun(ShortRun):
         again = as_json('replay', lost, '--into', 'm3')
         self.assertEqual((again['same'], again['ticks'], again['skipped']), (True, 50, 100))
 
+    def test_in_real_time_a_neighbours_message_serves_for_three_ticks(self):
+        # Nobody hears m2 in the ticks 50 to 59, the logger neither: modules go on by what it said in tick 49.
+        faults = self.folder / 'deaf.faults'
+        faults.write_text('fault channel=m2/TRANSFORM from=1s until=1.2s loss=1\n')
+        log = self.record('deaf', '--inproc', '--realtime', '--faults', faults, seconds=2)
+        for module in ('m1', 'm3', 'm5'):
+            again = as_json('replay', log, '--into', module)
+            self.assertEqual((again['same'], again['ticks'], again['unheard']), (True, 100, 7), module)
+
     def test_an_altered_command_is_named(self):
         events = read_events(self.short)
         altered = self.folder / 'altered.log'
