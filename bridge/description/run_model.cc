@@ -82,6 +82,7 @@ Result<void> TakeImages(const proto::RunDescription& d, RunModel* run) {
   run->has_program = all.has_value();
   for (const proto::KinematicsImage& type : d.kinematics()) {
     const Result<void> added = run->images.AddKinematics(type.type_name(), bytes(type.image()));
+    // Of several errors the first is told.
     if (all) all = added;
   }
   return all;
@@ -119,6 +120,7 @@ Result<std::shared_ptr<const RunModel>> ReadRunModel(const std::string& descript
 
 Result<std::shared_ptr<const RunModel>> ReadRunWithRobot(const std::string& description) {
   Result<std::shared_ptr<const RunModel>> run = ReadRunModel(description);
+  // Without a robot nothing can be shown or run again, whatever else is known.
   if (run && (*run)->robot == nullptr) return Fail((*run)->problem);
   return run;
 }

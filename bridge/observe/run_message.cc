@@ -91,6 +91,7 @@ RoleAndPose RoleAndPoseOf(const RunMessage& message) {
 }
 
 std::vector<morphbus::pose_t> LinkPosesOf(const RunMessage& message) {
+  // Poses are fetched without decoding the rest of the message, of which a log has a million.
   std::vector<morphbus::pose_t> poses;
   PeekLinkPoses(message.data, &poses);
   return poses;

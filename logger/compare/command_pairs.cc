@@ -71,6 +71,7 @@ std::vector<CommandPair> PairCommands(const LogFacts& a, const LogFacts& b) {
 }
 
 bool Differs(const CommandPair& pair, bool by_ticks) {
+  // A command that one run lacks differs in any case; other ticks differ only where ticks count.
   if (!pair.tick_a || !pair.tick_b) return true;
   return by_ticks && *pair.tick_a != *pair.tick_b;
 }

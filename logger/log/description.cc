@@ -18,6 +18,7 @@ void ApplyDescription(const std::string& description, RunLog* log) {
     log->facts.problems.push_back("the run's description cannot be read");
     return;
   }
+  // The log shares the description with all that was made of it.
   log->described = *read;
   // A run is called as its channels are.
   const std::string run = log->facts.run;
@@ -55,8 +56,10 @@ Result<std::string> ReadDescription(const std::string& path) {
   }
   std::string description((*bytes)->file_size(), '\0');
   (*bytes)->ReadAt(0, reinterpret_cast<uint8_t*>(description.data()), description.size());
-  if (!bridge::ReadDescribedRun(description))
+  // Only what parses as a description with a run's name counts as one.
+  if (!bridge::ReadDescribedRun(description)) {
     return Fail(path + " is neither a log nor the description of a run");
+  }
   return description;
 }
 
@@ -97,11 +100,13 @@ Result<void> BorrowDescription(const std::string& description, uint64_t model_ha
 void WordFaults(RunLog* log) {
   LogFacts* facts = &log->facts;
   bridge::ProgramWords words(log->described);
+  // Programs that were deployed have words of their own, which their images hold.
   words.deployed() = log->deployed;
   const auto place = [](const bridge::ReportWords& said, ProgramFact* fact) {
     fact->text = said.text;
     fact->file = said.file;
   };
+  // Faults that ended a task are listed a second time, and get the same words.
   for (std::vector<FaultFact>* faults : {&facts->faults, &facts->ended.faults}) {
     for (FaultFact& fault : *faults) {
       const auto said = words.Fault(fault.program_hash, fault.type_name, fault.fault);

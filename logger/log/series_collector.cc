@@ -24,6 +24,7 @@ void SortByTime(std::vector<Sample>* samples, bool unique) {
 /// and one a time.
 template <class Sample>
 void TakeBefore(int64_t end_us, std::vector<Sample>* ahead, std::vector<Sample>* series) {
+  // What was read ahead may be out of order; what is older than `end_us` is whole by now.
   SortByTime(ahead, true);
   const auto end = std::ranges::lower_bound(*ahead, end_us, {}, &Sample::time_us);
   series->assign(std::make_move_iterator(ahead->begin()), std::make_move_iterator(end));
@@ -92,6 +93,7 @@ void SeriesCollector::TakeTransform(const bridge::RunMessage& message, bool only
   const bridge::RoleAndPose said = bridge::RoleAndPoseOf(message);
   const bool changed = transforms.empty() || transforms.back().role != said.role ||
                        (!transforms.back().has_pose && said.has_pose);
+  // An outline needs only the samples in which a role changes or poses begin.
   if (only_changes && !changed) return;
   transforms.push_back({message.header.sim_time_us, said.role, said.has_pose, said.pose_stale,
                         bridge::LinkPosesOf(message)});
@@ -130,6 +132,7 @@ void SeriesCollector::MoveBefore(int64_t end_us, RunLog* log) {
     TakeBefore(end_us, &ahead.transforms, &series.transforms);
     TakeBefore(end_us, &ahead.actuators, &series.actuators);
   }
+  // A module that the outline does not have is in no comparison, and must not pile up.
   if (modules_.size() > log->modules.size()) {
     std::erase_if(modules_,
                   [log](const auto& module) { return log->FindModule(module.first) == nullptr; });

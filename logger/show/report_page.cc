@@ -45,6 +45,7 @@ std::string ReportPage::End() {
 }
 
 void ReportPage::Fact(const char* name, const std::string& value) {
+  // What is not known has no line.
   if (!value.empty()) html_ += fmt::format("<dt>{}</dt><dd>{}</dd>", name, EscapeHtml(value));
 }
 

@@ -37,6 +37,7 @@ Refusal CommandCheck::CheckNames(const ControlCommand& command) const {
                                    DidYouMean(name, NamesOf(robot_.modules)))};
   }
   // What is addressed to a module that is lost would never be done.
+  // Who does it stands in the part for what is done to a process or asked of it, else in `to`.
   const bool by_part = OfProcess(command.kind) || command.kind == ControlKind::kInspect;
   const std::string& doer = by_part ? command.part.module : command.to;
   if (!doer.empty() && states_.lost(*robot_.FindModule(doer))) {
