@@ -25,7 +25,7 @@ struct UnauthenticCounts {
 };
 
 /// What a bus lost of what was sent to it, and what it did to messages on purpose
-/// (bridge/bus/faulty_bus.h), since it began; in messages.
+/// (bridge/bus/faulty_bus.h), since it began; in messages, if nothing else is said.
 struct BusLosses {
   int64_t queue_overflows = 0;  ///< Dropped because the bounded queue (4096) was full.
   int64_t fragments = 0;        ///< Parts of long messages, which no process of ours sends.
@@ -103,7 +103,7 @@ class Bus {
     Receive({Channels::By::kBothEnds, prefix, suffix, {}}, std::move(handler));
   }
 
-  /// Drops the subscriptions to a channel and by a prefix of this name, if there are any.
+  /// Drops all subscriptions under this name: of the channel, by the prefix, and by both ends.
   virtual void Unsubscribe(const std::string& channel) = 0;
 
   /// While `batch`, changes of subscriptions may wait until it ends: each one may cost the kernel a

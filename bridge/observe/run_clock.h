@@ -23,8 +23,9 @@ class RunClock {
   /// Takes a CLOCK, with the commands that take effect in its tick. One of a later version that
   /// cannot be read here does nothing.
   void Take(const morphbus::sim_clock_t& clock);
-  /// The last CLOCK came once more, as it does twice a second while the run holds still.
-  void Repeat() { ++repeats_; }
+  /// The last CLOCK came once more, as it does twice a second while the run holds still. The end is
+  /// repeated, too, so that nobody misses it, and is no standstill.
+  void Repeat() { repeats_ += ended_ ? 0 : 1; }
 
   /// The tick, and its sim time, microseconds; -1 and 0 before the first CLOCK.
   [[nodiscard]] int64_t tick() const { return tick_; }

@@ -41,7 +41,6 @@ Result<void> ReadHeader(RunMessage* message) {
 }
 
 Result<void> ReadMessage(const RunMessage& message, RunMessageHandler* handler) {
-  // The types that only a run's own processes exchange have no reader here.
   using Handler = RunMessageHandler;
   switch (message.name.topic) {
     case Topic::kClock:
@@ -62,6 +61,7 @@ Result<void> ReadMessage(const RunMessage& message, RunMessageHandler* handler) 
       return ReadAs(message, handler, &Handler::OnInfo);
     case Topic::kEnd:
       return ReadAs(message, handler, &Handler::OnEnd);
+    // The types that only a run's own processes exchange have no reader here.
     default:
       return {};
   }
@@ -78,7 +78,7 @@ MessagePart PartOf(const RunMessage& message) {
     case Topic::kTransform:
     case Topic::kActuator:
       return {};
-    // The others are no messages of a tick, and are not counted as parts of one.
+    // Of the others a tick has no fixed number.
     default:
       return {0, 0};
   }

@@ -213,6 +213,12 @@ TEST(RunClockTest, ARunWhoseClockComesAgainHoldsStill) {
   tick.header.tick = 8;
   clock.Take(tick);
   EXPECT_FALSE(clock.paused());
+  tick.header.tick = 9;
+  tick.phase = morphbus::sim_clock_t::PHASE_END;
+  clock.Take(tick);
+  clock.Repeat();
+  clock.Repeat();
+  EXPECT_FALSE(clock.paused()) << "it has ended";
 }
 
 TEST(ProgramWordsTest, TheRunsOwnProgramHasItsFileAlsoWithoutItsImage) {

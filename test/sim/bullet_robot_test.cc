@@ -342,6 +342,8 @@ TEST(BulletRobotTest, PushMovesTheBodyForOneTick) {
   EXPECT_NEAR((momentum - Vector3d(0, 0, 37.8 * 0.02)).norm(), 0.0, 1e-9);
   EXPECT_FALSE(bullet_robot->Push("m99", {1, 0, 0}));
   EXPECT_FALSE(bullet_robot->Push("m5", {std::nan(""), 0, 0}));
+  // How strong a push may be is checked where a command is read.
+  EXPECT_TRUE(bullet_robot->Push("m5", {20000, 0, 0}));
 }
 
 }  // namespace

@@ -157,8 +157,8 @@ struct RunResult {
 void StartTask(const VerifiedProgram& program, int function, const Cell* arguments, int count,
                TaskState* task);
 
-/// Runs until the task finishes, waits, faults, or `*budget` is used up: it is
-/// decremented by what each instruction costs (vm/image/opcodes.def).
+/// Runs until the task finishes, waits, faults, or `*budget` is used up, which is decremented by
+/// what each instruction costs (vm/image/opcodes.def).
 RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, ProgramHost& host,
                   TaskState* task, int32_t* budget);
 

@@ -5,13 +5,12 @@
 
 namespace morphbus::vm {
 
+/// The sine of 15 degrees, and what they leave of a right angle, in degrees: for messages.
+inline constexpr float kSin15 = 0.25881905f, kMostDegreesFromDirection = 75.0f;
 /// The rule of "towards", for neighbours, sensors and axes of joints alike: a vector leads towards
 /// a direction if it leads at least 15 degrees out of the plane normal to it. `along` is the
 /// vector's dot product with the direction, `length` the vector's own length.
-inline constexpr float kSin15 = 0.25881905f;
 inline bool LeadsTowards(float along, float length) { return along >= kSin15 * length; }
-/// The largest angle from the direction that the rule leaves, degrees: for messages.
-inline constexpr float kMostDegreesFromDirection = 75.0f;
 
 /// The root sets its pose; any other module takes the newest that a neighbour offers (newest
 /// sequence, then fewer hops, then lower connector; never one that is not newer than its last, so
