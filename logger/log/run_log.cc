@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <tuple>
 #include <utility>
 
@@ -377,18 +378,17 @@ morphbus::docked_connector_t WithModelIndex(const std::map<int, int>& model_indi
 
 bridge::Dockings DockingsAt(const RunLog& log, const std::map<int, int>& model_indices,
                             int64_t time_us) {
-  // A log without any reading still shows the robot as it was built.
-  bridge::Dockings dockings(log.robot->modules.size());
-  bool sensed = false;
+  bridge::Dockings dockings = bridge::DeclaredDockings(*log.model, *log.robot);
   for (const ModuleSeries& module : log.modules) {
-    const auto at = std::ranges::lower_bound(module.sensors, time_us, {}, &SensorSample::time_us);
-    if (module.model_index < 0 || at == module.sensors.end()) continue;
-    sensed = true;
-    for (const morphbus::docked_connector_t& docked : at->docked) {
-      dockings[module.model_index].push_back(WithModelIndex(model_indices, docked));
+    const auto next = std::ranges::upper_bound(module.sensors, time_us, {}, &SensorSample::time_us);
+    if (module.model_index < 0 || next == module.sensors.begin()) continue;
+    std::vector<morphbus::docked_connector_t>& sensed = dockings[module.model_index];
+    sensed.clear();
+    for (const morphbus::docked_connector_t& docked : std::prev(next)->docked) {
+      sensed.push_back(WithModelIndex(model_indices, docked));
     }
   }
-  return sensed ? dockings : bridge::DeclaredDockings(*log.model, *log.robot);
+  return dockings;
 }
 
 Result<RunLog> LoadRunLog(const std::string& path, const RunLogOptions& options) {

@@ -141,8 +141,9 @@ int IndexById(const std::map<int, int>& indices, int id);
 /// What a connector senses, with the mate by its index.
 morphbus::docked_connector_t WithModelIndex(const std::map<int, int>& model_indices,
                                             morphbus::docked_connector_t docked);
-/// What was sensed to be docked at a sim time (µs), by model index; as the robot declares it if
-/// nothing was sensed. A module's sample at that time or, if that is missing, its next one counts.
+/// What was sensed to be docked at a sim time (µs), by model index. A module's last sample that is
+/// not later counts: of one that has none later, since it was lost or the log ends, the last of
+/// all. Before a module's first sample it counts as docked as the robot declares it.
 bridge::Dockings DockingsAt(const RunLog& log, const std::map<int, int>& model_indices,
                             int64_t time_us);
 

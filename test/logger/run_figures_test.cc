@@ -261,6 +261,21 @@ TEST_F(RunFiguresTest, WhatPartsAndDocksHasTheSameCentreOfMass) {
   EXPECT_TRUE(motion.track[3].p_WCm.isApprox(motion.track[0].p_WCm, 1e-12));
 }
 
+TEST_F(RunFiguresTest, WhatWasSensedLastHoldsToTheEndOfTheLog) {
+  LogMaker recorder = Recorder();
+  recorder.TakeSensed(0, 0, {0.0}, {Mate(0, 1, 1)});
+  recorder.TakeBodies(0, Whole({0, 1, 0}, {0, 1, 0}));
+  // They part, and no reading comes after that.
+  recorder.TakeSensed(kTickUs, 0, {0.0}, {});
+  recorder.TakeSensed(kTickUs, 1, {0.0}, {});
+  std::vector<morphbus::body_pose_t> parted = Whole({0, 1, 0}, {0, 1, 0});
+  parted.push_back(Body(1, 0, {0.8, 1, 0}));
+  recorder.TakeBodies(2 * kTickUs, parted);
+  const RobotMotion motion = MotionOf(recorder.log());
+  ASSERT_EQ(motion.track.size(), 2u);
+  EXPECT_NEAR(motion.track[1].p_WCm.x(), motion.track[0].p_WCm.x() + 0.4 / 8, 1e-12);
+}
+
 TEST_F(RunFiguresTest, ATickOfWhichAPartIsMissingIsLeftOut) {
   LogMaker recorder = Recorder();
   recorder.TakeBodies(0, Whole({0, 1, 0}, {0, 1, 0}));

@@ -33,6 +33,8 @@ const LINK_ROOM = 0.06;
 export interface RobotOptions {
   frames: boolean;
   trails: boolean;
+  /** Drawn so that what lies behind can be seen. */
+  translucent: boolean;
 }
 
 interface LinkView {
@@ -133,7 +135,7 @@ export class RobotView {
       link.object.quaternion.set(pose.q[1], pose.q[2], pose.q[3], pose.q[0]);
       this.centre.add(link.object.position);
       n++;
-      this.paint(link, colour(link.module), selected === link.module);
+      this.paint(link, colour(link.module), selected === link.module, options.translucent);
       this.showFrame(link, options.frames);
     });
     if (n) this.centre.divideScalar(n);
@@ -152,11 +154,17 @@ export class RobotView {
     this.dropTrails();
   }
 
-  private paint(link: LinkView, colour: string, selected: boolean): void {
+  private paint(link: LinkView, colour: string, selected: boolean, translucent: boolean): void {
     const material = link.mesh.material;
     material.color.set(colour);
     material.emissive.set(selected ? colour : '#000000');
     material.emissiveIntensity = selected ? 0.45 : 0;
+    if (material.transparent !== translucent) {
+      material.transparent = translucent;
+      material.opacity = translucent ? 0.4 : 1;
+      material.depthWrite = !translucent;
+      material.needsUpdate = true;
+    }
     material.setSelected(selected);
   }
 

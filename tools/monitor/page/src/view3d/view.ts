@@ -54,6 +54,7 @@ export class View3D {
     follow: true,
     frames: false,
     trails: true,
+    translucent: false,
     layout: 'beside',
   };
   /** Who is asked for a module's colour. */
