@@ -221,6 +221,13 @@ test('two logs are shown beside each other with the difference of their labelled
   assert.ok(boxes[0].right < boxes[1].left || boxes[0].bottom < boxes[1].top, 'the robots lie beside each other');
   await drawn(page);
   await keepShot(page, 'two-logs');
+  // Over each other, the second one lets the first one be seen.
+  const translucent = () =>
+    page.evaluate(() => window.monitor.scene.view.robots.map((robot) => robot.links[0].mesh.material.transparent));
+  assert.deepEqual(await translucent(), [false, false]);
+  await page.getByRole('button', { name: 'Beside' }).click();
+  await drawn(page);
+  assert.deepEqual(await translucent(), [false, true]);
 });
 
 test('keys are listed in the help, which the keyboard opens and closes', async () => {
