@@ -7,6 +7,7 @@
 
 #include "bridge/wire/wire_size.h"
 #include "compiler/base/big_endian.h"
+#include "compiler/base/utf8.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -40,9 +41,9 @@ Result<void> CheckHeaderBytes(const uint8_t* data, size_t size) {
 
 std::string CutText(const std::string& text, size_t most) {
   if (text.size() <= most) return text;
-  // In UTF-8 all bytes of a character but the first one are 10xxxxxx.
+  // No character is cut in two.
   size_t end = most;
-  while (end > 0 && (static_cast<uint8_t>(text[end]) & 0xc0) == 0x80) --end;
+  while (end > 0 && ContinuesCharacter(text[end])) --end;
   return text.substr(0, end);
 }
 

@@ -30,7 +30,7 @@ template <class Number>
 }
 
 /// A finite number alone, "2.5", of a quantity that is written without its unit; nothing for
-/// another text.
+/// another text. As with all quantities, which people write, a plus sign may stand before it.
 [[nodiscard]] std::optional<double> ReadPlainNumber(std::string_view text);
 
 /// Seconds: "2.5", "2.5s" or "2500ms". Nothing for any other text, and for what is not finite.

@@ -3,12 +3,6 @@
 namespace morphbus::emit {
 
 // Each is worked out when it is first asked for.
-const model::LinkMass& LinkSolids::Mass(int type, int link) {
-  const auto [entry, is_new] = masses_.try_emplace({type, link});
-  if (is_new) entry->second = model::ComputeLinkMass(model_.module_types[type], link);
-  return entry->second;
-}
-
 const std::vector<std::vector<Eigen::Vector3d>>& LinkSolids::Parts(int type, int link) {
   const auto [entry, is_new] = parts_.try_emplace({type, link});
   if (is_new) entry->second = model::SolidParts(model_.module_types[type], link);

@@ -18,11 +18,11 @@ namespace morphbus::emit {
 class LinkSolids {
  public:
   /// Works out nothing yet: each answer is found when it is first asked for.
-  explicit LinkSolids(const model::Model& model) : model_(model) {}
+  explicit LinkSolids(const model::Model& model) : model_(model), masses_(model) {}
 
   /// Mass, centre of mass and inertia in the link's frame. `type` and `link` are indices of a
   /// module type and of a link in it, here and below.
-  const model::LinkMass& Mass(int type, int link);
+  const model::LinkMass& Mass(int type, int link) { return masses_.Of(type, link); }
   /// Corners of what the link can collide with, in its frame (m), for each of its convex parts;
   /// empty without hull.
   const std::vector<std::vector<Eigen::Vector3d>>& Parts(int type, int link);
@@ -32,9 +32,9 @@ class LinkSolids {
 
  private:
   const model::Model& model_;
+  model::LinkMasses masses_;
   /// Answers so far, by module type and link. A map leaves its elements where they are as it grows,
   /// so that references to them stay good.
-  std::map<std::pair<int, int>, model::LinkMass> masses_;
   std::map<std::pair<int, int>, std::vector<std::vector<Eigen::Vector3d>>> parts_;
   std::map<std::pair<int, int>, std::vector<model::ConvexHull>> faces_;
 };

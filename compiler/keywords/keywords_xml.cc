@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
+#include <optional>
 #include <pugixml.hpp>
 #include <set>
 #include <utility>
 
+#include "compiler/base/quantity.h"
 #include "compiler/base/utf8.h"
 #include "compiler/keywords/xml_text.h"
 
@@ -141,13 +141,9 @@ class Reader {
   // The whole text must be one number that a double holds.
   double NumberOf(const pugi::xml_node& node) {
     const std::string text = TextOf(node);
-    double number = 0.0;
-    // from_chars depends on no locale; "inf" and "nan", which it reads, are no values of a state.
-    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (code != std::errc() || end != text.data() + text.size() || !std::isfinite(number)) {
-      Bad(node, fmt::format("'{}' is no number", text));
-    }
-    return number;
+    const std::optional<double> number = ReadNumber<double>(text);
+    if (!number) Bad(node, fmt::format("'{}' is no number", text));
+    return number.value_or(0);
   }
 
   // pugixml keeps attributes that stand twice; XML allows none.

@@ -104,6 +104,12 @@ LinkMass ComputeLinkMass(const ModuleType& type, int link) {
   return mass;
 }
 
+const LinkMass& LinkMasses::Of(int type, int link) {
+  const auto [entry, is_new] = masses_.try_emplace({type, link});
+  if (is_new) entry->second = ComputeLinkMass(model_.module_types[type], link);
+  return entry->second;
+}
+
 std::vector<std::vector<Vector3d>> SolidParts(const ModuleType& type, int link) {
   std::vector<std::vector<Vector3d>> parts = type.links[link].Parts();
   for (std::vector<Vector3d>& points : parts) {

@@ -2,6 +2,8 @@
 // Mass, centre of mass and inertia of a link, for physics engines and exported models alike.
 
 #include <Eigen/Core>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "compiler/model/robot_model.h"
@@ -27,6 +29,21 @@ struct LinkMass {
 /// bounding box, at least 1 mm thick; of a link without hull that of the box round its connectors
 /// and joint axes.
 LinkMass ComputeLinkMass(const ModuleType& type, int link);
+
+/// ComputeLinkMass of a model's links, each worked out once: a robot has few kinds of links and may
+/// have ten thousands of links. The model must outlive it and stay as it is. Answers stay valid as
+/// long as it lives. Not for several threads.
+class LinkMasses {
+ public:
+  explicit LinkMasses(const Model& model) : model_(model) {}
+  /// Of a link by indices: of the module type, and of the link in it.
+  const LinkMass& Of(int type, int link);
+
+ private:
+  const Model& model_;
+  /// By type and link. A map leaves its elements where they are as it grows.
+  std::map<std::pair<int, int>, LinkMass> masses_;
+};
 
 /// Corners of what a link can collide with, in the link's frame (m), each convex part by itself:
 /// thickened by kFlatThickness (at least 1 mm) where it is flat. Empty for a link without hull.

@@ -7,6 +7,7 @@
 #include <initializer_list>
 
 #include "compiler/base/quantity.h"
+#include "compiler/base/utf8.h"
 
 // Header only, and compiled in this file alone. toml++ asserts of some texts, and has release
 // builds assume, what it checks for right after and what need not hold: "[&" begins no key. So it
@@ -42,10 +43,9 @@ size_t OffsetOf(std::string_view text, const toml::source_position& place) {
     if (end == std::string_view::npos) return text.size();
     at = end + 1;
   }
-  // Bytes 10xxxxxx continue a code point.
   for (toml::source_index column = 1; column < place.column && at < text.size(); ++column) {
     ++at;
-    while (at < text.size() && (static_cast<unsigned char>(text[at]) & 0xc0) == 0x80) ++at;
+    while (at < text.size() && ContinuesCharacter(text[at])) ++at;
   }
   return std::min(at, text.size());
 }

@@ -104,14 +104,13 @@ MotionGatherer::MotionGatherer(const RunLog& log)
   // R in the frame of the link that carries it.
   const model::LinkRef root = log.described->root;
   root_ = {root, log.described->X_RL_start[root.module][root.link].inverse()};
-  // What every link weighs and where it ends, worked out once a module type, and a row for every
-  // joint.
-  std::map<int, std::vector<LinkShape>> shapes_of_type;
+  // What every link weighs and where it ends, and a row for every joint.
+  model::LinkMasses masses(model_);
   for (int m = 0; m < static_cast<int>(robot_.modules.size()); ++m) {
     const model::ModuleType& type = model_.TypeOf(robot_, m);
-    std::vector<LinkShape>& links = shapes_of_type[robot_.modules[m].type];
-    for (int l = static_cast<int>(links.size()); l < static_cast<int>(type.links.size()); ++l) {
-      const model::LinkMass mass = model::ComputeLinkMass(type, l);
+    std::vector<LinkShape>& links = shapes_.emplace_back();
+    for (int l = 0; l < static_cast<int>(type.links.size()); ++l) {
+      const model::LinkMass& mass = masses.Of(robot_.modules[m].type, l);
       LinkShape shape{&type.links[l].hull, Eigen::Vector3d::Zero(), 0.0, mass.mass_kg,
                       mass.p_LoLcm_L};
       for (const Eigen::Vector3d& p : *shape.hull) {
@@ -123,9 +122,8 @@ MotionGatherer::MotionGatherer(const RunLog& log)
         shape.radius = std::max(shape.radius, (p - shape.centre).norm());
       }
       links.push_back(shape);
+      motion_.mass_kg += shape.kg;
     }
-    shapes_.push_back(links);
-    for (const LinkShape& link : links) motion_.mass_kg += link.kg;
     std::vector<int>& rows = row_of_.emplace_back();
     for (int j = 0; j < static_cast<int>(type.joints.size()); ++j) {
       const bool fixed = type.joints[j].type == model::JointType::kFixed;

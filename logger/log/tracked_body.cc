@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <utility>
 #include <vector>
 
 #include "compiler/model/forward_kinematics.h"
@@ -38,17 +37,13 @@ TrackedBody Trunk(const model::Model& model, const model::Robot& robot) {
     model::LinkRef first;
   };
   std::map<int, Sum> bodies;
-  // A robot has few kinds of links, and may have thousands of links.
-  std::map<std::pair<int, int>, model::LinkMass> masses;  // By module type and link.
+  model::LinkMasses masses(model);
   for (int m = 0; m < static_cast<int>(body_of.size()); ++m) {
-    const model::ModuleType& type = model.TypeOf(robot, m);
     for (int l = 0; l < static_cast<int>(body_of[m].size()); ++l) {
       // The first moment of a link is its mass times the place of its centre of mass.
       Sum& sum = bodies.try_emplace(body_of[m][l], Sum{0.0, Eigen::Vector3d::Zero(), {m, l}})
                      .first->second;
-      const auto [entry, is_new] = masses.try_emplace({robot.modules[m].type, l});
-      model::LinkMass& mass = entry->second;
-      if (is_new) mass = model::ComputeLinkMass(type, l);
+      const model::LinkMass& mass = masses.Of(robot.modules[m].type, l);
       sum.kg += mass.mass_kg;
       sum.moment_R += mass.mass_kg * (start.X_RL[m][l] * mass.p_LoLcm_L);
     }

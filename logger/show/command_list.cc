@@ -41,7 +41,7 @@ std::string EndOfCommands(size_t count) {
       count > kMostRows
           ? fmt::format("<p class='dim'>{} in all; morphbus info lists them.</p>", count)
           : "";
-  return TableEnd(more + "</section>");
+  return kTableEnd + more + "</section>";
 }
 
 }  // namespace

@@ -210,7 +210,8 @@ class ComparisonPage : private ReportPage {
       }
       html_ += "</tr>";
     }
-    html_ += TableEnd("</section>");
+    html_ += kTableEnd;
+    html_ += "</section>";
   }
 
   /// Every item of the comparison, folded away.
@@ -236,7 +237,8 @@ class ComparisonPage : private ReportPage {
           item.first_over_us < 0 ? "" : fmt::format("{:.3f} s", Seconds(item.first_over_us)),
           item.samples);
     }
-    html_ += TableEnd("</details>");
+    html_ += kTableEnd;
+    html_ += "</details>";
   }
 
   /// The way of the root body in the simulated world, relative to where it began (R0): north and

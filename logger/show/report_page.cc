@@ -20,8 +20,6 @@ std::string TableHead(const std::vector<std::string>& columns, const std::string
   return html + "</tr></thead><tbody>";
 }
 
-std::string TableEnd(const std::string& around) { return "</tbody></table></div>" + around; }
-
 PlotPoints Over(const ScalarTrack& track, double scale) {
   PlotPoints points;
   for (size_t i = 0; i < track.value.size(); ++i) {

@@ -15,8 +15,8 @@ namespace morphbus::logger {
 /// A table up to its first row. A column is called "name"; "#name" is one of numbers, which stand
 /// to the right, and "#name|unit" has its unit below the name, small. `kind` is a class of its own.
 std::string TableHead(const std::vector<std::string>& columns, const std::string& kind = "");
-/// What closes it, and then the elements around it.
-std::string TableEnd(const std::string& around);
+/// What closes it.
+inline constexpr const char* kTableEnd = "</tbody></table></div>";
 
 /// Points of a plot, in the units of its axes.
 using PlotPoints = std::vector<std::pair<double, double>>;

@@ -226,7 +226,7 @@ std::string DifferenceTable(const RunLog& a, const RunLog& b,
                         i + 1, EscapeHtml(RoleName(d.role_a)), EscapeHtml(RoleName(d.role_b)),
                         EscapeHtml(DockingText(a, d.in_a)), EscapeHtml(DockingText(b, d.in_b)));
   }
-  return html + TableEnd("");
+  return html + kTableEnd;
 }
 
 }  // namespace

@@ -249,7 +249,7 @@ class RunPage : private ReportPage {
           cycle.advance.x() * 1e3, cycle.advance.z() * 1e3, cycle.turn_rad * kDegrees,
           cycle.energy_j);
     }
-    html_ += TableEnd("");
+    html_ += kTableEnd;
   }
 
   /// Which link is on the ground when: in the last two cycles, with its share of all cycles.
@@ -290,14 +290,15 @@ class RunPage : private ReportPage {
       html_ += fmt::format("<tr><td>{}</td><td class='n'>{:.3f}</td><td class='n'>{:.3f}</td></tr>",
                            EscapeHtml(joint.name), joint.rms, joint.peak);
     }
-    html_ += TableEnd("");
+    html_ += kTableEnd;
     html_ += TableHead({"link on the ground or an obstacle", "#mean load, up|N", "#most|N"});
     // Up is y in W.
     for (const LinkLoad& link : figures_.motion.loads) {
       html_ += fmt::format("<tr><td>{}</td><td class='n'>{:.2f}</td><td class='n'>{:.2f}</td></tr>",
                            EscapeHtml(link.name), link.mean_W.y(), link.peak_n);
     }
-    html_ += TableEnd("<div class='plots'>");
+    html_ += kTableEnd;
+    html_ += "<div class='plots'>";
     // Each motor's effort over time, in the sign of its role's convention.
     for (const ModulePair& pair : matching_.pairs) {
       for (const JointPair& joint : pair.joints) {
@@ -360,7 +361,7 @@ class RunPage : private ReportPage {
           Seconds(fault.time_us), EscapeHtml(fault.module), EscapeHtml(fault.role),
           EscapeHtml(fault.Line()));
     }
-    html_ += TableEnd("");
+    html_ += kTableEnd;
     // The page stays readable, and says where the others are.
     if (facts_.num_faults > static_cast<int64_t>(kMostFaults)) {
       html_ +=
@@ -394,7 +395,8 @@ class RunPage : private ReportPage {
           channel.lost + channel.bad > 0 ? " class='over'" : "", EscapeHtml(name), channel.messages,
           channel.bytes, channel.lost, channel.bad);
     }
-    html_ += TableEnd("</details>");
+    html_ += kTableEnd;
+    html_ += "</details>";
   }
 
   const RunLog& log_;

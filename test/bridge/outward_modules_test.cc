@@ -121,7 +121,9 @@ TEST(OutwardModules, AStatusThatComesLateIsToldWhileTheRunHoldsStill) {
   for (const test::SyntheticEvent& event : statuses) take(event);
   // The sim repeats its CLOCK, byte for byte; the second time there is nothing new.
   take(*clock);
+  EXPECT_FALSE(converter.paused());
   take(*clock);
+  EXPECT_TRUE(converter.paused()) << "who came later did not hear the command";
   EXPECT_EQ(collector.Of<morphbus::Clock>(OutwardTopic::kClock).size(), 1U);
   const auto modules = collector.Of<morphbus::Modules>(OutwardTopic::kModules);
   ASSERT_EQ(modules.size(), 1U);

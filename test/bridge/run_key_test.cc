@@ -198,6 +198,14 @@ TEST(SealedBusTest, LetsThroughWhatHasTheKeyAndCountsTheRestByChannel) {
   SealedBus sender(ours.get(), RunKey(CountingKey())),
       receiver(theirs.get(), RunKey(CountingKey()));
   const Bytes message = Messages().front();
+  // In a run of one process there is nobody else, and all is heard.
+  SealedBus trusting(ours.get(), RunKey(CountingKey()), SealedBus::Hears::kAll);
+  int all = 0;
+  trusting.Subscribe("walk/m1/ACTUATOR", [&](std::string_view, const uint8_t*, size_t) { ++all; });
+  strangers->Publish("walk/m1/ACTUATOR", message.data(), message.size());
+  hub.HandleAll();
+  EXPECT_EQ(all, 1);
+  EXPECT_EQ(trusting.unauthentic().all, 0);
   std::vector<Bytes> heard;
   const auto hear = [&](std::string_view, const uint8_t* data, size_t size) {
     heard.emplace_back(data, data + size);

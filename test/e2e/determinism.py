@@ -29,7 +29,7 @@ class Determinism(Case):
         # What others lost they tell in HEALTH, which may be lost as anything else: not every process is heard of.
         discarded = {name: process['discarded'] for name, process in lossy['processes'].items()}
         self.assertGreater(discarded.pop('LOG'), 0)
-        self.assertGreater(sum(discarded.values()), 0, discarded)
+        self.assertGreaterEqual(sum(count > 0 for count in discarded.values()), 3, discarded)
         self.assertGreater(lossy['resent'], 0)
         self.assertEqual(morphbus('verify', self.folder / 'x.log').returncode, 0)
 

@@ -13,6 +13,20 @@ namespace {
 constexpr int kKilled = 128 + SIGKILL;
 constexpr const char* kHow = "was killed by signal 9 (Killed)";
 
+TEST(ExitLimitTest, TheThirdExitWithinTenSecondsIsOneTooMany) {
+  ExitLimit limit;
+  EXPECT_FALSE(limit.TooMany(5));
+  EXPECT_FALSE(limit.TooMany(5));
+  EXPECT_TRUE(limit.TooMany(14.9));
+}
+
+TEST(ExitLimitTest, WhoDiesNowAndThenMayGoOnForEver) {
+  ExitLimit limit;
+  for (int i = 0; i < 1000; ++i) EXPECT_FALSE(limit.TooMany(5.0 * i)) << i;
+  EXPECT_FALSE(limit.TooMany(5000)) << "the last but one was ten seconds ago";
+  EXPECT_TRUE(limit.TooMany(5004.9));
+}
+
 /// A run as the launcher watches it, on a clock of its own: it looks twenty times a second.
 class FailureWatchTest : public ::testing::Test {
  protected:

@@ -93,7 +93,7 @@ Result<LauncherLink> Launcher::StartLinked(const std::string& name, std::vector<
 
 Launcher::ModuleProcess& Launcher::ProcessOf(int module) {
   // In order of the robot, since modules that are declared together are mostly mated.
-  return processes_[static_cast<size_t>(module) * processes_.size() / incarnations_.size()];
+  return processes_[static_cast<size_t>(module) * processes_.size() / plan_.robot().modules.size()];
 }
 
 bool Launcher::IsGone(const ModuleProcess& process) const {
