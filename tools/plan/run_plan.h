@@ -28,6 +28,11 @@ struct RunOptions {
   std::string program_file;
   /// Name of the robot; empty: the model's only one.
   std::string robot;
+  /// Path of a file of settings (--params); empty: none.
+  std::string params;
+  /// Settings, "NAME=VALUE" (--set): of parameters of the program, and with two dots in the name of
+  /// attributes of the model. They come after those of the file, and of two the later one counts.
+  std::vector<std::string> set;
   double seconds = 0.0;  ///< Sim time; 0: until stopped.
   std::string log;       ///< Path; empty: morphbus-<run>.log here.
   bool no_log = false;   ///< None is written.
