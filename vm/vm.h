@@ -32,7 +32,8 @@ class Vm {
 
   /// From the next tick on another program runs: tasks end and joints hold their targets. A role of
   /// a name that the new program has as well goes on under it with its conventions, its fields and
-  /// startups anew; any other one ends. `program` must outlive the VM.
+  /// startups anew; any other one ends. Where the programs differ in values of parameters alone,
+  /// all goes on as it is, with the new values. `program` must outlive the VM.
   void ReplaceProgram(const VerifiedProgram& program);
 
   /// The tick of the root's clock at this module's tick `tick`, not before the last one computed;

@@ -49,6 +49,7 @@ constexpr CommandRow kCommands[] = {
     {"deploy", " PROG.dyn [--to m5] [--at SECONDS]", 1, 2, true, false, true},
     {"invoke", " Role.command [ARGUMENT...] [--to m5]", 1, kMostArguments, true, false},
     {"inspect", " [m5]", 0, 1, false, false},
+    {"set", " PARAMETER VALUE [--at SECONDS]", 2, 3, false, false, true},
 };
 
 /// The directions of the world by name: north, up, east are x, y, z.
@@ -202,16 +203,29 @@ Result<void> TakePush(const std::vector<std::string>& words, ControlCommand* com
   return taken;
 }
 
-/// PROGRAM [HASH]: people name the program, tools add the hash of its image.
-Result<void> TakeDeploy(const std::vector<std::string>& words, ControlCommand* command) {
-  command->program = words[1];
-  if (words.size() == 2) return {};
-  const std::optional<uint64_t> hash = ReadNumber<uint64_t>(words[2], 16);
+/// The hash of an image, which tools add to what people write. `words[at]` may be left out.
+Result<void> TakeHash(const std::vector<std::string>& words, size_t at, const std::string& hint,
+                      ControlCommand* command) {
+  if (words.size() <= at) return {};
+  const std::optional<uint64_t> hash = ReadNumber<uint64_t>(words[at], 16);
   if (!hash || *hash == 0) {
-    return Fail("deploy: '" + words[2] + "' is no hash of an image (a path must not hold blanks)");
+    return Fail(fmt::format("{}: '{}' is no hash of an image{}", words[0], words[at], hint));
   }
   command->program_hash = *hash;
   return {};
+}
+
+/// PROGRAM [HASH].
+Result<void> TakeDeploy(const std::vector<std::string>& words, ControlCommand* command) {
+  command->program = words[1];
+  return TakeHash(words, 2, " (a path must not hold blanks)", command);
+}
+
+/// PARAMETER VALUE [HASH]; only the program knows what it may be.
+Result<void> TakeSet(const std::vector<std::string>& words, ControlCommand* command) {
+  command->parameter = words[1];
+  command->value = words[2];
+  return TakeHash(words, 3, "", command);
 }
 
 /// Role.command and its arguments, which only the program can type.
@@ -262,6 +276,8 @@ Result<void> TakeWords(const std::vector<std::string>& words, ControlCommand* co
       return TakeDeploy(words, command);
     case ControlKind::kInvoke:
       return TakeInvoke(words, command);
+    case ControlKind::kSet:
+      return TakeSet(words, command);
   }
   return Fail("no such command");
 }
@@ -322,6 +338,13 @@ Result<void> CheckDeploy(const ControlCommand& command) {
   return sound;
 }
 
+Result<void> CheckSet(const ControlCommand& command) {
+  Result<void> sound = CheckWord("PARAMETER", command.parameter);
+  if (sound) sound = CheckWord("VALUE", command.value);
+  if (sound && command.at) sound = CheckNumber("--at", *command.at, 0.0, kMostAt);
+  return sound;
+}
+
 Result<void> CheckInvoke(const ControlCommand& command) {
   Result<void> sound = CheckWord("Role.command", command.role + "." + command.routine);
   if (command.role.empty() || command.routine.empty() ||
@@ -368,6 +391,8 @@ Result<void> CheckControl(const ControlCommand& command) {
       return CheckDeploy(command);
     case ControlKind::kInvoke:
       return CheckInvoke(command);
+    case ControlKind::kSet:
+      return CheckSet(command);
   }
   return Fail("no such command");
 }
@@ -425,6 +450,8 @@ std::string ControlText(const ControlCommand& command) {
   if (command.from > 0) add("--from " + std::to_string(command.from));
   // A program with its hash, a call with its arguments, then who gets it.
   if (!command.program.empty()) add(command.program);
+  if (!command.parameter.empty()) add(command.parameter);
+  if (!command.value.empty()) add(command.value);
   if (command.program_hash != 0) add(Hex(command.program_hash));
   if (!command.role.empty()) add(command.role + "." + command.routine);
   for (const std::string& argument : command.arguments) add(argument);

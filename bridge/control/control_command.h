@@ -36,6 +36,8 @@ enum class ControlKind : uint8_t {
   kInvoke,
   // Nothing changes: a module, or every one, says in STATUS what it holds.
   kInspect,
+  // A parameter of the program gets another value, in all modules at one tick.
+  kSet,
 };
 
 /// A module, or a part of one: "m2", "m2.c3", "m2.active_block".
@@ -61,18 +63,25 @@ struct ControlCommand {
   /// kRestart: the tick at which it did, where that is the one before the tick of CLOCK that names
   /// the command; 0: it is that tick.
   int64_t from = 0;
-  /// kDeploy: path of the program as the user wrote it, and the hash of its image; 0 where the
-  /// program has not been compiled yet.
+  /// kDeploy: path of the program as the user wrote it.
   std::string program;
+  /// kDeploy, kSet: hash of the image that the modules go over to; 0 where it is not known yet.
   uint64_t program_hash = 0;
   /// kInvoke: role, its command, and the arguments as they were written.
   std::string role, routine;
   std::vector<std::string> arguments;
+  /// kSet: the parameter, "swing" or "Leg.swing", and its value as it was written.
+  std::string parameter, value;
   std::string to;  ///< kDeploy, kInvoke: the module that gets it; empty: the root.
-  /// kDeploy: sim time by the root's clock, seconds, at which all modules that have the program go
-  /// over to it; nothing: as soon as all can have it.
+  /// kDeploy, kSet: sim time by the root's clock, seconds, at which all modules that have the
+  /// program go over to it; nothing: as soon as all can have it.
   std::optional<double> at;
 };
+
+/// Whether all modules go over to another image by the command.
+inline bool BringsImage(ControlKind kind) {
+  return kind == ControlKind::kDeploy || kind == ControlKind::kSet;
+}
 
 /// Reads a command, words with blanks between them. Fails in a sentence that says what was expected
 /// or suggests the nearest command.

@@ -71,8 +71,12 @@ morphbus::control_t MessageOf(const ControlCommand& command, int64_t counter) {
   message.program_hash = static_cast<int64_t>(command.program_hash);
   message.role_name = command.role;
   message.routine_name = command.routine;
-  message.num_arguments = static_cast<int8_t>(command.arguments.size());
   message.arguments = command.arguments;
+  if (command.kind == ControlKind::kSet) {
+    message.routine_name = command.parameter;
+    message.arguments = {command.value};
+  }
+  message.num_arguments = static_cast<int8_t>(message.arguments.size());
   message.to_module_name = command.to;
   message.has_time = command.at.has_value() ? 1 : 0;
   message.time_s = command.at.value_or(0);
@@ -125,6 +129,11 @@ Result<ControlCommand> CommandOf(const morphbus::control_t& message) {
       command.routine = message.routine_name;
       command.arguments = message.arguments;
       command.to = message.to_module_name;
+      break;
+    case ControlKind::kSet:
+      command.parameter = message.routine_name;
+      if (!message.arguments.empty()) command.value = message.arguments[0];
+      if (message.has_time != 0) command.at = message.time_s;
       break;
   }
   if (Result<void> sound = CheckControl(command); !sound) return tl::unexpected(sound.error());

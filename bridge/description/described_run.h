@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "compiler/base/result.h"
 
@@ -27,6 +28,8 @@ struct DescribedRun {
   uint64_t random_seed = 0;  ///< Of the numbers that the program drew.
   /// The file of rules by which messages suffered on purpose (`run --faults`), and its text.
   std::string faults_file, fault_rules;
+  /// What was set of the model for this run, "MTRAN.joint_1.torque=1.2" each (`run --set`).
+  std::vector<std::string> attributes;
   /// Whether the root measured its pose, and the standard deviations of the noise (m, rad).
   bool root_sensor = false;
   double root_noise_m = 0, root_noise_rad = 0;

@@ -46,6 +46,7 @@ DescribedRun ValuesOf(const proto::RunDescription& d) {
   out.loss = d.loss();
   out.faults_file = d.faults_file();
   out.fault_rules = d.faults();
+  out.attributes.assign(d.attributes().begin(), d.attributes().end());
   out.root_sensor = d.root_sensor();
   out.root_noise_m = d.root_noise_m();
   out.root_noise_rad = d.root_noise_rad();
@@ -80,6 +81,7 @@ Result<void> TakeImages(const proto::RunDescription& d, RunModel* run) {
   const auto bytes = [](const std::string& s) { return std::vector<uint8_t>(s.begin(), s.end()); };
   Result<void> all = run->images.AddProgram("the run's program", bytes(d.program_image()));
   run->has_program = all.has_value();
+  if (run->has_program) run->parameters = dynarole::ParametersOf(run->images.program());
   for (const proto::KinematicsImage& type : d.kinematics()) {
     const Result<void> added = run->images.AddKinematics(type.type_name(), bytes(type.image()));
     // Of several errors the first is told.

@@ -10,6 +10,7 @@
 #include "bridge/description/described_run.h"
 #include "bridge/module/module_images.h"
 #include "compiler/base/result.h"
+#include "compiler/dynarole/parameters.h"
 #include "compiler/model/kinematic_graph.h"
 #include "compiler/model/robot_model.h"
 #include "compiler/world/obstacle.h"
@@ -35,6 +36,8 @@ struct RunModel : DescribedRun {
   /// are damaged are left out.
   ModuleImages images;
   bool has_program = false;
+  /// The parameters of its program, with the values that the run began with.
+  std::vector<dynarole::ProgramParameter> parameters;
   /// Why there is no robot, and why an image was left out; empty if all is there.
   std::string problem, images_problem;
 

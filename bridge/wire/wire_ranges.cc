@@ -104,7 +104,7 @@ static_assert(Highest<log_end_t>("run", kMaxRunName));
 static_assert(Highest<log_end_t>("reason", kLongestText));
 static_assert(Highest<verdict_t>("error", kLongestText));
 static_assert(Highest<hello_t>("build", kLongestText));
-static_assert(Highest<control_t>("kind", control_t::KIND_INSPECT));
+static_assert(Highest<control_t>("kind", control_t::KIND_SET));
 static_assert(Highest<control_t>("module_name", kLongestText));
 static_assert(Highest<control_t>("program_path", kLongestText));
 static_assert(Highest<control_answer_t>("state", control_answer_t::STATE_OVERTAKEN));

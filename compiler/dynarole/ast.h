@@ -84,6 +84,8 @@ enum class Meaning : uint8_t {
   kLabel,
   /// A part of the module, by its keyword: Expr::index counts ProgramModel::keywords.
   kKeyword,
+  /// A parameter of the program: Expr::index counts ProgramModel::constants.
+  kParameter,
   /// A call of a function of the own role: Expr::index is its slot, so that a subrole's function
   /// runs in its place where it overrides it.
   kMethod,
@@ -215,15 +217,20 @@ struct Member {
   /// The block of a startup, behavior, command, handler or function; null for other members.
   StmtPtr body;
 
-  /// The checker computes it: the value of `period`.
+  /// The checker computes it: the value of `period`, or the parameter that it is, by its index in
+  /// ProgramModel::constants (-1: none).
   float period_s = 0;
+  int period_parameter = -1;
 };
 
-/// A name for a value that is known at compile time: `const NAME = value;`.
+/// A name for a value that is known at compile time: `const NAME = value;`. A parameter is one
+/// whose value a run may choose: `param NAME = value in [least, most];`.
 struct ConstantDecl {
   std::string name;
   source::Span name_span;
   ExprPtr expr;
+  /// Of a parameter: the range that its values are in; null for a constant.
+  ExprPtr least, most;
 };
 
 /// A role as it is declared, without what it inherits.

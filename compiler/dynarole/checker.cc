@@ -110,7 +110,10 @@ void Checker::CheckFieldValues(int role) {
       }
       expressions_.conversions().Want(value, decl.type, "the field '" + decl.name + "'");
     }
-    // The image holds the value, so it must be known now.
+    // The image holds the value, so it must be known now, or be a parameter's, which the image
+    // holds as well.
+    slot.parameter = ParameterOf(*value);
+    if (slot.parameter >= 0) continue;
     const FoldResult folded = Fold(*value);
     if (folded.value) slot.cell = folded.value->cell;
     if (!own || folded.value || value->type == Type::kError) continue;
@@ -119,8 +122,9 @@ void Checker::CheckFieldValues(int role) {
                                    vm::FaultName(folded.fault));
     } else {
       pass_.Error(value->span, "value of a field must be known at compile time").hint =
-          "numbers, true, false, directions, axes and roles are; to name a joint or link, use a "
-          "label";
+          "numbers, true, false, directions, axes and roles are, and a parameter of the field's "
+          "type "
+          "may stand alone; to name a joint or link, use a label";
     }
   }
 }
@@ -181,10 +185,21 @@ void Checker::CheckPeriod(Member* member) {
   Expr* period = member->period.get();
   expressions_.InferAs(period, Type::kFloat, "a period");
   if (period->type == Type::kError) return;
+  if (const int parameter = ParameterOf(*period); parameter >= 0) {
+    // Whatever a run chooses must be a period.
+    const ConstantModel& range = model_.constants[parameter];
+    member->period_parameter = parameter;
+    if (range.least_cell.AsFloat() < vm::kMinPeriodS ||
+        range.most_cell.AsFloat() > vm::kMaxPeriodS) {
+      pass_.Error(period->span, "a period is a number of seconds from 0.001 to 1000000")
+          .Note(range.least->span, "the parameter may have another value");
+    }
+    return;
+  }
   const FoldResult folded = Fold(*period);
   if (!folded.value || folded.value->type != Type::kFloat) {
     pass_.Error(period->span, "a period must be known at compile time").hint =
-        "write a number of seconds or a constant";
+        "write a number of seconds, a constant, or a parameter that is a float";
     return;
   }
   member->period_s = folded.value->cell.AsFloat();

@@ -285,7 +285,19 @@ class CellCounter {
   std::vector<int> cells_;
 };
 
-// Periods stand first in the table of constants, since handlers name them by seven bits.
+// Parameters stand first in the table of constants, in declared order.
+void AddParameters(const ProgramModel& model, ProgramCode* code, source::Diagnostics* diagnostics) {
+  for (size_t i = 0; i < model.constants.size(); ++i) {
+    if (!model.constants[i].is_parameter()) continue;
+    const int number = code->constants.NumberOf(EntryOf(model, static_cast<int>(i)));
+    if (number < vm::image::kMaxParameters) continue;
+    diagnostics->Error(model.constants[i].span, "too many parameters in one program").hint =
+        "at most " + std::to_string(vm::image::kMaxParameters);
+    return;
+  }
+}
+
+// Periods follow them, since handlers name them by seven bits.
 void AddPeriods(const ProgramModel& model, ProgramCode* code, source::Diagnostics* diagnostics) {
   code->periods.assign(model.routines.size(), -1);
   for (size_t i = 0; i < model.routines.size(); ++i) {
@@ -293,10 +305,12 @@ void AddPeriods(const ProgramModel& model, ProgramCode* code, source::Diagnostic
     if (member.period == nullptr) continue;
     // Equal periods share a constant, so that many timers need few of them.
     const uint32_t bits = vm::Cell::Float(member.period_s).bits;
-    code->periods[i] = code->constants.NumberOf({vm::ValueType::kFloat, bits});
+    code->periods[i] = code->constants.NumberOf(member.period_parameter >= 0
+                                                    ? EntryOf(model, member.period_parameter)
+                                                    : ConstantEntry{vm::ValueType::kFloat, bits});
     if (code->periods[i] < vm::image::kMaxPeriods) continue;
     diagnostics->Error(member.period->span, "too many different periods in one program").hint =
-        "at most " + std::to_string(vm::image::kMaxPeriods);
+        "at most " + std::to_string(vm::image::kMaxPeriods) + ", parameters included";
     return;
   }
 }
@@ -307,6 +321,7 @@ ProgramCode Generate(const source::SourceSet& sources, const ProgramModel& model
                      source::Diagnostics* diagnostics) {
   ProgramCode code;
   // One table of constants serves the whole program.
+  AddParameters(model, &code, diagnostics);
   AddPeriods(model, &code, diagnostics);
   for (const Routine& routine : model.routines) {
     // Each routine is translated by itself; calls go by slots, so that no order matters.

@@ -40,17 +40,33 @@ struct FunctionCode {
   int max_stack = 0;
 };
 
+/// An entry in the table of constants.
+struct ConstantEntry {
+  vm::ValueType type = vm::ValueType::kVoid;
+  uint32_t bits = 0;  ///< Of a text its number among the texts.
+  /// Of a parameter its index in ProgramModel::constants, so that no two share an entry; else -1.
+  int parameter = -1;
+
+  auto operator<=>(const ConstantEntry&) const = default;
+};
+
 /// Everything an image holds beyond the ProgramModel.
 struct ProgramCode {
   /// The function at i is that of the routine i.
   std::vector<FunctionCode> functions;
-  /// Type and bits of each constant; those of a text are its number among the texts.
-  Numbered<std::pair<vm::ValueType, uint32_t>> constants;
+  /// The table of constants: parameters, periods of timers, and what the code needs.
+  Numbered<ConstantEntry> constants;
   /// The texts that are printed.
   Numbered<std::string> texts;
   /// Which constant is the period of a timer, by routine; -1 for all others.
   std::vector<int> periods;
 };
+
+/// The entry of a parameter: its value in the source.
+inline ConstantEntry EntryOf(const ProgramModel& model, int parameter) {
+  const ConstantModel& constant = model.constants[parameter];
+  return {ValueTypeOf(constant.type), constant.cell.bits, parameter};
+}
 
 /// Translates a program that Check found no errors in. What is too large for the virtual machine is
 /// an error in `diagnostics`: a function's code, an expression's operands, the cells that a task

@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "compiler/dynarole/constants.h"
 #include "vm/image/fault_text.h"
 
 namespace morphbus::dynarole {
@@ -35,24 +34,73 @@ void ConstantChecker::Resolve(int index) {
   const int role = scope_.role_index();
   scope_.EnterValue(constant.role);
   constant.busy = true;
-  Type type = infer_(constant.expr);
+  if (constant.is_parameter()) {
+    ResolveParameter(&constant);
+  } else {
+    // A constant without a value has the type of an error, so that its users are not reported, too.
+    const std::optional<Constant> value = Evaluate(constant, constant.expr);
+    constant.type = value ? value->type : Type::kError;
+    if (value) constant.cell = value->cell;
+  }
   constant.busy = false;
   --depth_;
   scope_.EnterValue(role);
-  // A constant without a value has the type of an error, so that its users are not reported, too.
-  const FoldResult folded = Fold(*constant.expr);
-  if (folded.value && type != Type::kError) {
-    constant.cell = folded.value->cell;
-  } else if (type != Type::kError && folded.fault != vm::FaultCode::kNone) {
-    pass_.Error(constant.expr->span, std::string("value of the constant cannot be computed: ") +
-                                         vm::FaultName(folded.fault));
-    type = Type::kError;
-  } else if (type != Type::kError) {
-    pass_.Error(constant.expr->span, "value of a constant must be known at compile time").hint =
-        "numbers, true, false, directions, axes, roles and other constants are";
-    type = Type::kError;
+}
+
+std::optional<Constant> ConstantChecker::Evaluate(const ConstantModel& constant, Expr* expr) {
+  const Type type = infer_(expr);
+  if (type == Type::kError) return std::nullopt;
+  const FoldResult folded = Fold(*expr);
+  if (folded.value) return Constant{type, folded.value->cell};
+  if (folded.fault != vm::FaultCode::kNone) {
+    pass_.Error(expr->span, "value of the " + constant.Kind() +
+                                " cannot be computed: " + vm::FaultName(folded.fault));
+  } else {
+    pass_.Error(expr->span, "value of a " + constant.Kind() + " must be known at compile time")
+        .hint =
+        "numbers, true, false, directions, axes, roles and constants are; parameters are not, "
+        "since a run may choose them";
   }
-  constant.type = type;
+  return std::nullopt;
+}
+
+void ConstantChecker::ResolveParameter(ConstantModel* parameter) {
+  parameter->type = Type::kError;
+  // The value decides the type. The ends of the range may be ints where it is a float.
+  std::optional<Constant> values[3];
+  Expr* const exprs[] = {parameter->expr, parameter->least, parameter->most};
+  for (int i = 0; i < 3; ++i) {
+    values[i] = Evaluate(*parameter, exprs[i]);
+    if (!values[i]) return;
+    Constant& value = *values[i];
+    if (i > 0 && value.type == Type::kInt && values[0]->type == Type::kFloat) {
+      value = {Type::kFloat, vm::Cell::Float(static_cast<float>(value.cell.AsInt()))};
+    }
+    if (value.type == values[0]->type && IsNumber(value.type)) continue;
+    source::Diagnostic& error =
+        pass_.Error(exprs[i]->span,
+                    i == 0 ? "a parameter is a number, but this is " + NameOf(value.type)
+                           : "parameter '" + parameter->name + "' is " + NameOf(values[0]->type) +
+                                 ", but this is " + NameOf(value.type));
+    if (value.type == Type::kFloat) error.hint = "for a float give its value a decimal point";
+    return;
+  }
+  const auto above = [&](const Constant& a, const Constant& b) {
+    return a.type == Type::kInt ? a.cell.AsInt() > b.cell.AsInt()
+                                : a.cell.AsFloat() > b.cell.AsFloat();
+  };
+  if (above(*values[1], *values[2])) {
+    pass_.Error(parameter->least->span, "the range of a parameter begins with its least value");
+    return;
+  }
+  if (above(*values[1], *values[0]) || above(*values[0], *values[2])) {
+    pass_.Error(parameter->expr->span, "the value is out of the parameter's range");
+    return;
+  }
+  parameter->type = values[0]->type;
+  parameter->cell = values[0]->cell;
+  parameter->least_cell = values[1]->cell;
+  parameter->most_cell = values[2]->cell;
 }
 
 Type ConstantChecker::Infer(Expr* expr, int index) {
@@ -60,12 +108,14 @@ Type ConstantChecker::Infer(Expr* expr, int index) {
   constant.used = true;
   // It has been come upon again while its own value is computed.
   if (constant.busy) {
-    pass_.Error(expr->span, "constant '" + constant.name + "' rests on itself")
+    pass_.Error(expr->span, constant.Kind() + " '" + constant.name + "' rests on itself")
         .Note(constant.span, "declared here");
     return Type::kError;
   }
   Resolve(index);
-  expr->meaning = Meaning::kConstant;
+  // What a run may choose is not known now.
+  expr->meaning = constant.is_parameter() ? Meaning::kParameter : Meaning::kConstant;
+  expr->index = index;
   expr->cell = constant.cell;
   return constant.type;
 }

@@ -1,8 +1,11 @@
 #pragma once
-// Constants: `const NAME = VALUE;`, whose values are known at compile time.
+// Constants: `const NAME = VALUE;`, whose values are known at compile time, and parameters, which
+// are constants to the program and have a range: `param NAME = VALUE in [LEAST, MOST];`.
 
 #include <functional>
+#include <optional>
 
+#include "compiler/dynarole/constants.h"
 #include "compiler/dynarole/scope.h"
 
 namespace morphbus::dynarole {
@@ -19,13 +22,17 @@ class ConstantChecker {
   /// Computes all of them, before any other expression is looked at. Constants rest on nothing but
   /// each other, so one pass, the final one, is enough.
   void CheckAll();
-  /// The type and value of a constant where it is named.
+  /// The type of a constant or parameter where it is named, and the value of a constant.
   Type Infer(Expr* expr, int index);
 
  private:
   /// Computes one, unless that was done; its type is kError if that fails, which has been reported
   /// then.
   void Resolve(int index);
+  /// The value that an expression of a constant comes to. None if it has none, which is reported.
+  std::optional<Constant> Evaluate(const ConstantModel& constant, Expr* expr);
+  /// The value and the range of a parameter, all of one type.
+  void ResolveParameter(ConstantModel* parameter);
 
   ProgramModel& model_;
   Scope& scope_;

@@ -195,6 +195,13 @@ FoldResult FoldUnconverted(const Expr& expr, const FieldValues* fields) {
 
 }  // namespace
 
+int ParameterOf(const Expr& expr) {
+  const bool as_it_is = expr.wanted == Type::kUnknown || expr.wanted == expr.type;
+  return expr.meaning == Meaning::kParameter && expr.kind == ExprKind::kName && as_it_is
+             ? expr.index
+             : -1;
+}
+
 FoldResult Fold(const Expr& expr, const FieldValues* fields) {
   FoldResult result = FoldUnconverted(expr, fields);
   if (!result.value) return result;

@@ -32,4 +32,8 @@ using FieldValues = std::function<std::optional<Constant>(int slot)>;
 ///                change them. Null elsewhere, as tasks may assign to fields.
 FoldResult Fold(const Expr& expr, const FieldValues* fields = nullptr);
 
+/// The parameter that a checked expression is by itself, without conversion: its index in
+/// ProgramModel::constants; -1 for any other expression.
+int ParameterOf(const Expr& expr);
+
 }  // namespace morphbus::dynarole

@@ -92,7 +92,12 @@ void DumpStatement(const Stmt& statement, const std::string& indent, std::string
 void DumpConstants(const std::vector<ConstantDecl>& constants, const std::string& indent,
                    std::string* out) {
   for (const ConstantDecl& constant : constants) {
-    *out += indent + "const " + constant.name + " = " + ExprText(*constant.expr) + "\n";
+    *out += indent + (constant.least != nullptr ? "param " : "const ") + constant.name + " = " +
+            ExprText(*constant.expr);
+    if (constant.least != nullptr) {
+      *out += " in [" + ExprText(*constant.least) + ", " + ExprText(*constant.most) + "]";
+    }
+    *out += "\n";
   }
 }
 

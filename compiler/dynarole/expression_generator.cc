@@ -112,6 +112,13 @@ void ExpressionGenerator::EmitUnconverted(const Expr& expr) {
 
 // Instructions that only push a value, and have one operand that says which.
 void ExpressionGenerator::EmitLoad(const Expr& expr) {
+  // A parameter is a constant to the code, whatever its value.
+  if (expr.meaning == Meaning::kParameter) {
+    const ValueType type = ValueTypeOf(expr.type);
+    const int constant = program_.constants.NumberOf({type, expr.cell.bits, expr.index});
+    Emit(Opcode::kPushConst, {constant & 0xffff}, {.type = type});
+    return;
+  }
   // The rows follow the order of Meaning.
   const int row = static_cast<int>(expr.meaning) - static_cast<int>(Meaning::kLocal);
   constexpr Opcode kLoads[] = {Opcode::kLoadLocal, Opcode::kLoadField, Opcode::kLoadLabel,

@@ -111,6 +111,7 @@ class Formatter {
         // `while (c) ;` and `;` alone are statements of their own.
         return EndsCondition(i - 1) || Is(i - 1, TokenKind::kElse);
       case TokenKind::kRightParen:
+      case TokenKind::kRightBracket:
       case TokenKind::kComma:
       case TokenKind::kDot:
         return false;
@@ -122,7 +123,10 @@ class Formatter {
       default:
         break;
     }
-    if (Is(i - 1, TokenKind::kLeftParen) || Is(i - 1, TokenKind::kDot)) return false;
+    if (Is(i - 1, TokenKind::kLeftParen) || Is(i - 1, TokenKind::kLeftBracket) ||
+        Is(i - 1, TokenKind::kDot)) {
+      return false;
+    }
     return !IsUnary(i - 1);
   }
 
@@ -147,8 +151,8 @@ class Formatter {
       // condition.
       LayoutToken& token = cut_.tokens[i];
       token.space = SpaceBefore(i);
-      token.opens = Is(i, TokenKind::kLeftParen);
-      token.closes = Is(i, TokenKind::kRightParen);
+      token.opens = Is(i, TokenKind::kLeftParen) || Is(i, TokenKind::kLeftBracket);
+      token.closes = Is(i, TokenKind::kRightParen) || Is(i, TokenKind::kRightBracket);
       token.may_break = i > 0 && (Is(i, TokenKind::kAndAnd) || Is(i, TokenKind::kOrOr) ||
                                   Is(i - 1, TokenKind::kComma) || EndsCondition(i - 1));
     }

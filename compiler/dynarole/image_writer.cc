@@ -71,8 +71,9 @@ class Writer {
 
   // A constant is its type and its 32 bits.
   void WriteConstants() {
-    for (const auto& [type, bits] : constants_.all()) {
-      section(Section::kConstants).U8(type);
+    for (const auto& [type, bits, parameter] : constants_.all()) {
+      section(Section::kConstants)
+          .U8(static_cast<int>(type) | (parameter >= 0 ? vm::image::kParameterBit : 0));
       if (type == vm::ValueType::kText) {
         const std::string& text = code_.texts.all()[bits];
         section(Section::kConstants).U16(strings_.OffsetOf(text));
@@ -135,7 +136,9 @@ class Writer {
     // Each table in the order of its slots, which the code refers to.
     for (const FieldSlot& slot : role.fields) {
       const FieldDecl& decl = model_.fields[slot.decl];
-      out.U16(constants_.NumberOf({ValueTypeOf(decl.type), slot.cell.bits}) |
+      out.U16(constants_.NumberOf(slot.parameter >= 0
+                                      ? EntryOf(model_, slot.parameter)
+                                      : ConstantEntry{ValueTypeOf(decl.type), slot.cell.bits}) |
               (decl.shared ? vm::image::kSharedFieldBit : 0));
       field_names_.push_back(decl.name);
     }
@@ -169,6 +172,17 @@ class Writer {
       for (const std::string& name : routine.local_names) strings.Put(&names, name);
       num_locals += routine.local_names.size();
     }
+    ImageBytes ranges;
+    for (const ConstantEntry& entry : constants_.all()) {
+      if (entry.parameter < 0) continue;
+      const ConstantModel& parameter = model_.constants[entry.parameter];
+      strings.Put(&names, parameter.role < 0
+                              ? parameter.name
+                              : model_.roles[parameter.role].name + "." + parameter.name);
+      for (const vm::Cell cell : {parameter.cell, parameter.least_cell, parameter.most_cell}) {
+        ranges.U32(cell.bits);
+      }
+    }
     too_large_ = too_large_ || strings.bytes.size() > 0xffff || lines_.size() / 4 > 0xffff;
     ImageBytes notes;
     notes.U32(vm::image::kNotesMagic);
@@ -176,7 +190,7 @@ class Writer {
     notes.U16(field_names_.size());
     notes.U16(num_locals);
     notes.U16(lines_.size() / vm::image::kLineBytes);
-    for (const ImageBytes* part : {&source, &strings.bytes, &names, &lines_}) {
+    for (const ImageBytes* part : {&source, &strings.bytes, &names, &ranges, &lines_}) {
       notes.Append(part->bytes());
     }
     return notes.bytes();
@@ -233,7 +247,7 @@ class Writer {
   ImageBytes sections_[vm::image::kNumSections];
   Strings strings_;
   /// Those of the code, and what fields begin with.
-  Numbered<std::pair<vm::ValueType, uint32_t>> constants_;
+  Numbered<ConstantEntry> constants_;
   /// The states of joins: the locals that are set, and the types on the stack.
   Numbered<std::pair<uint16_t, uint32_t>> states_;
   size_t num_joins_ = 0;

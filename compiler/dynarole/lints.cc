@@ -61,7 +61,8 @@ class Linter {
     }
     for (const ConstantModel& constant : model_.constants) {
       if (!constant.used) {
-        diagnostics_.Warning(constant.span, "constant '" + constant.name + "' is never used");
+        diagnostics_.Warning(constant.span,
+                             constant.Kind() + " '" + constant.name + "' is never used");
       }
     }
     for (const Signature& signature : model_.signatures) {
@@ -148,7 +149,7 @@ class Linter {
     const RoleModel& role = model_.roles[index];
     const FieldValues fields = [this, &role](int slot) -> std::optional<Constant> {
       const FieldSlot& field = role.fields[slot];
-      if (field.value == nullptr) return std::nullopt;
+      if (field.value == nullptr || field.parameter >= 0) return std::nullopt;
       return Constant{model_.fields[field.decl].type, field.cell};
     };
     // One requirement may be false by itself, or two may demand different values of the same

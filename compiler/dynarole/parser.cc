@@ -51,8 +51,12 @@ class ProgramParser {
   void ParseField(Member* member);
   /// What may stand between the parameters of a handler and its block.
   void ParseHandlerWords(Member* member);
-  /// `const NAME = value;`, in a role or outside all.
+  /// Whether a constant or a parameter begins here.
+  [[nodiscard]] bool AtConstant() const;
+  /// `const NAME = value;` or `param NAME = value in [least, most];`, in a role or outside all.
   void ParseConstant(std::vector<ConstantDecl>* constants);
+  /// The range of a parameter.
+  void ParseRange(ConstantDecl* parameter);
   /// Parameters and block of a member; false, with an error, where either is missing.
   bool ParseRoutine(Member* member);
   /// Parameters in parentheses; false, with an error, where they cannot be read.
@@ -78,10 +82,10 @@ Program ProgramParser::ParseProgram() {
       ParseRole(&program);
       continue;
     }
-    if (in_.Is(TokenKind::kConst)) {
+    if (AtConstant()) {
       ParseConstant(&program.constants);
       // Reading goes on behind it, or at what can begin something else.
-      while (in_.failed() && !in_.Is(TokenKind::kConst) && !in_.Is(TokenKind::kRole) &&
+      while (in_.failed() && !AtConstant() && !in_.Is(TokenKind::kRole) &&
              !in_.Is(TokenKind::kAbstract) && !in_.Is(TokenKind::kEnd)) {
         if (in_.Take().kind == TokenKind::kSemicolon) in_.Recover();
       }
@@ -94,7 +98,7 @@ Program ProgramParser::ParseProgram() {
     // Something else stands between roles, perhaps a misspelt word.
     in_.Unexpected(
         "'role' or 'abstract role'",
-        source::NearestHint(in_.TextOf(in_.Peek()), {"role", "abstract", "const"},
+        source::NearestHint(in_.TextOf(in_.Peek()), {"role", "abstract", "const", "param"},
                             "a program is a list of roles: role NAME extends Module { ... }"));
     SkipToRole();
   }
@@ -107,9 +111,16 @@ void ProgramParser::SkipToRole() {
     in_.Take();
 }
 
+// `param` is a word before a name only, so that programs may use it as one.
+bool ProgramParser::AtConstant() const {
+  return in_.Is(TokenKind::kConst) ||
+         (in_.Is(TokenKind::kName) && in_.TextOf(in_.Peek()) == "param" &&
+          in_.Peek(1).kind == TokenKind::kName);
+}
+
 // A name that is known nowhere yet, and its value, which the checker computes.
 void ProgramParser::ParseConstant(std::vector<ConstantDecl>* constants) {
-  in_.Take();
+  const bool parameter = in_.Take().kind != TokenKind::kConst;
   if (!in_.Is(TokenKind::kName)) {
     in_.Unexpected("the name of the constant");
     return;
@@ -117,17 +128,37 @@ void ProgramParser::ParseConstant(std::vector<ConstantDecl>* constants) {
   ConstantDecl constant;
   constant.name_span = in_.Peek().span;
   constant.name = in_.TextOf(in_.Take());
-  if (!in_.Expect(TokenKind::kAssign, "and the value of the constant '" + constant.name + "'"))
-    return;
+  const std::string what = (parameter ? "the parameter '" : "the constant '") + constant.name + "'";
+  if (!in_.Expect(TokenKind::kAssign, "and the value of " + what)) return;
   constant.expr = expressions_.Parse();
-  in_.ExpectSemicolon("the constant '" + constant.name + "'");
+  if (parameter) ParseRange(&constant);
+  in_.ExpectSemicolon(what);
   // As many as a role can have members, so that a hostile text costs no time later.
   if (constants->size() == kMaxMembers) {
     in_.GiveUp(constant.name_span, "too many constants",
                "at most " + std::to_string(kMaxMembers) + " in one place");
     return;
   }
+  // One whose range was not understood counts as a constant, so that its name is known.
+  if (constant.most == nullptr) constant.least = nullptr;
   constants->push_back(std::move(constant));
+}
+
+// `in [least, most]`; `in` is a word in this place only.
+void ProgramParser::ParseRange(ConstantDecl* parameter) {
+  if (in_.failed()) return;
+  if (!in_.Is(TokenKind::kName) || in_.TextOf(in_.Peek()) != "in") {
+    in_.Unexpected("'in' and the range of the parameter '" + parameter->name + "'",
+                   "for example: param " + parameter->name + " = 30.0 in [10, 60];");
+    return;
+  }
+  in_.Take();
+  const Span opening = in_.Peek().span;
+  if (!in_.Expect(TokenKind::kLeftBracket, "before the range")) return;
+  parameter->least = expressions_.Parse();
+  if (in_.failed() || !in_.Expect(TokenKind::kComma, "and the largest value")) return;
+  parameter->most = expressions_.Parse();
+  in_.ExpectClosing(TokenKind::kRightBracket, opening);
 }
 
 // `[abstract] role NAME extends NAME { members }`
@@ -182,7 +213,7 @@ void ProgramParser::ParseMembers(Role* role) {
     }
     // The limit of messages holds within a role too.
     if (in_.said_enough()) return;
-    if (in_.Is(TokenKind::kConst)) {
+    if (AtConstant()) {
       ParseConstant(&role->constants);
       if (in_.failed()) SkipMember();
       continue;

@@ -147,9 +147,10 @@ class Builder {
 
   // A constant keeps its value in all subroles, so its name means nothing else there.
   void AddConstant(int role, ConstantDecl* constant) {
+    const std::string kind = constant->least != nullptr ? "parameter" : "constant";
     const int before = model_.FindConstant(role, constant->name);
     if (before >= 0 && (role < 0 || model_.constants[before].role >= 0)) {
-      diagnostics_.Error(constant->name_span, "constant '" + constant->name + "' is declared twice")
+      diagnostics_.Error(constant->name_span, kind + " '" + constant->name + "' is declared twice")
           .Note(model_.constants[before].span, "first declared here");
       return;
     }
@@ -158,7 +159,7 @@ class Builder {
       for (const Member& inherited : model_.roles[r].role->members) {
         if (inherited.name != constant->name || inherited.kind == MemberKind::kRequire) continue;
         diagnostics_
-            .Error(constant->name_span, "constant '" + constant->name +
+            .Error(constant->name_span, kind + " '" + constant->name +
                                             "' has the name of an inherited " +
                                             NameOf(inherited.kind))
             .Note(inherited.name_span, "declared in '" + model_.roles[r].name + "'");
@@ -170,6 +171,8 @@ class Builder {
     entry.name = constant->name;
     entry.span = constant->name_span;
     entry.expr = constant->expr.get();
+    entry.least = constant->least.get();
+    entry.most = constant->most.get();
     entry.role = role;
   }
 
@@ -179,10 +182,11 @@ class Builder {
     const int constant = model_.FindConstant(role, member.name);
     if (constant < 0 || model_.constants[constant].role < 0) return false;
     diagnostics_
-        .Error(member.name_span,
-               NameOf(member.kind) + " '" + member.name + "' has the name of a constant")
+        .Error(member.name_span, NameOf(member.kind) + " '" + member.name + "' has the name of a " +
+                                     model_.constants[constant].Kind())
         .Note(model_.constants[constant].span, "declared here")
-        .hint = "constants cannot be replaced; give one of them another name";
+        .hint =
+        model_.constants[constant].Kind() + "s cannot be replaced; give one of them another name";
     return true;
   }
 

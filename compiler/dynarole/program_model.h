@@ -43,6 +43,8 @@ struct FieldSlot {
   const Member* value = nullptr;
   /// The value, once the checker has evaluated it; it stands in the image.
   vm::Cell cell = {};
+  /// The parameter whose value it is, by its index in ProgramModel::constants; -1 for none.
+  int parameter = -1;
 };
 
 /// A constant of the program or of a role, and of all roles that extend it.
@@ -50,13 +52,22 @@ struct ConstantModel {
   std::string name;
   source::Span span;  ///< Of its name where it is declared.
   Expr* expr = nullptr;
+  /// Of a parameter: the ends of its range; null for a constant.
+  Expr* least = nullptr;
+  Expr* most = nullptr;
   int role = -1;  ///< The role in which it stands; -1: outside all.
   /// The checker sets the rest. Type and value, once it has been computed.
   Type type = Type::kUnknown;
   vm::Cell cell = {};
+  vm::Cell least_cell = {}, most_cell = {};  ///< Of a parameter.
   /// Its value is being computed: if it is needed now, it rests on itself.
   bool busy = false;
   bool used = false;  ///< Some code or constant names it.
+
+  /// Whether a run may choose its value.
+  [[nodiscard]] bool is_parameter() const { return least != nullptr; }
+  /// "constant" or "parameter", as messages call it.
+  [[nodiscard]] std::string Kind() const { return is_parameter() ? "parameter" : "constant"; }
 };
 
 /// What overriding routines share: types of parameters and result.

@@ -210,7 +210,9 @@ void StatementChecker::UnknownTarget(const Stmt& statement) {
   // The name may be one that stands for a value which nothing changes.
   const int constant = model_.FindConstant(scope_.role_index(), statement.name);
   if (constant >= 0) {
-    pass_.Error(statement.name_span, "constant '" + statement.name + "' cannot be assigned to")
+    pass_
+        .Error(statement.name_span, model_.constants[constant].Kind() + " '" + statement.name +
+                                        "' cannot be assigned to")
         .Note(model_.constants[constant].span, "declared here");
     return;
   }

@@ -84,7 +84,9 @@ bool TokenReader::ExpectClosing(TokenKind kind, const Span& opening) {
   if (panic_) return false;
   if (TakeIf(kind)) return true;
   // The note shows the one that was not closed, which may stand far above.
-  const char* open = kind == TokenKind::kRightParen ? "'('" : "'{'";
+  const char* open = kind == TokenKind::kRightParen     ? "'('"
+                     : kind == TokenKind::kRightBracket ? "'['"
+                                                        : "'{'";
   Diagnostic* error = Unexpected(Describe(kind));
   if (error != nullptr) error->notes.push_back({opening, std::string("to close this ") + open});
   // At the end everything else that is open is so for the same reason.

@@ -156,6 +156,18 @@ nlohmann::json CommandsJson(const Comparison& comparison) {
   return commands;
 }
 
+/// The settings in which the runs differ; null stands for the run without it.
+nlohmann::json SettingsJson(const Comparison& comparison) {
+  const auto value = [](const std::optional<std::string>& text) {
+    return text ? nlohmann::json(*text) : nlohmann::json(nullptr);
+  };
+  nlohmann::json settings = nlohmann::json::array();
+  for (const SettingPair& pair : comparison.settings) {
+    settings.push_back({{"name", pair.name}, {"a", value(pair.a)}, {"b", value(pair.b)}});
+  }
+  return settings;
+}
+
 /// At the gait level, the figures of both runs.
 void AddFigures(const Comparison& comparison, std::string* text) {
   for (const auto& [figures, which] :
@@ -314,8 +326,10 @@ std::string TableByQuantity(const Comparison& comparison) {
 }  // namespace
 
 std::string ComparisonText(const Comparison& comparison, bool all) {
-  // The verdict comes first, then which logs were compared, and what must be known besides.
+  // Runs of other settings are not expected to be alike: that comes before the verdict. Then which
+  // logs were compared, and what must be known besides.
   std::string text;
+  if (!comparison.settings.empty()) AddLine(&text, "{}", SettingsText(comparison.settings));
   AddLine(&text, "{}: {}", VerdictName(comparison.verdict), comparison.reason);
   for (const auto& [log, which] : {std::pair(&comparison.a, "A"), std::pair(&comparison.b, "B")}) {
     AddLine(&text, "  {} = {} (run {}, robot {}, {:.3f} s)", which, log->path,
@@ -390,6 +404,7 @@ nlohmann::json ComparisonJson(const Comparison& comparison) {
       {"items", std::move(items)},
       {"not_compared", comparison.not_compared},
       {"notes", comparison.notes},
+      {"settings", SettingsJson(comparison)},
       {"commands", CommandsJson(comparison)},
       {"trace", TraceJson(comparison)},
       {"level", comparison.level == Level::kGait ? "gait" : "sample"},

@@ -68,6 +68,7 @@ class Comparer {
     out_.a = a_.facts;
     out_.b = b_->facts;
     out_.level = options_.level;
+    out_.settings = DifferingSettings(a_.facts, b_->facts);
     out_.commands = PairCommands(a_.facts, b_->facts);
     if (!Usable()) return std::move(out_);
     FindEnd();

@@ -18,6 +18,7 @@
 #include "logger/compare/kinematic_tracks.h"
 #include "logger/compare/matcher.h"
 #include "logger/compare/quantities.h"
+#include "logger/compare/setting_pairs.h"
 #include "logger/compare/tolerances.h"
 #include "logger/log/run_log.h"
 
@@ -131,6 +132,8 @@ struct Comparison {
   double max_rotation_rad = 0.0;
   /// Sim time (µs) up to which was compared: the end of the shorter log, or the first damage.
   int64_t compared_until_us = 0;
+  /// Parameters and attributes in which the runs differ.
+  std::vector<SettingPair> settings;
   /// Damage, losses, and what was left out: what a reader must know besides.
   std::vector<std::string> notes;
   /// What should have been compared and could not be; with an entry the verdict is never

@@ -53,7 +53,9 @@ void ProgramChanges::TakeDeployment(int64_t tick, const bridge::ControlCommand& 
   // Whether the command was carried out is not asked here: the modules' own words tell.
   Deployment deployment;
   deployment.fact.tick = tick;
-  deployment.fact.program = command.program;
+  deployment.fact.program = command.kind == bridge::ControlKind::kSet
+                                ? fmt::format("set {} {}", command.parameter, command.value)
+                                : command.program;
   deployment.fact.program_hash = command.program_hash;
   deployment.fact.to = command.to;
   deployment.at = command.at;

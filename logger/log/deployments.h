@@ -17,11 +17,11 @@ struct ControlCommand;
 
 namespace morphbus::logger {
 
-/// One `deploy` of the run.
+/// One `deploy` of the run, or one `set`.
 struct DeploymentFact {
   /// The tick at which CLOCK named the command.
   int64_t tick = 0;
-  /// Path of the program as it was given, and the hash of its image.
+  /// Path of the program as it was given, or "set swing 45", and the hash of its image.
   std::string program;
   uint64_t program_hash = 0;
   /// The module that got it; empty: the root.

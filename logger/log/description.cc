@@ -23,6 +23,7 @@ void ApplyDescription(const std::string& description, RunLog* log) {
   // A run is called as its channels are.
   const std::string run = log->facts.run;
   static_cast<bridge::DescribedRun&>(log->facts) = *log->described;
+  log->facts.parameters = log->described->parameters;
   log->facts.run = run;
   log->robot = log->described->robot;
   if (log->robot == nullptr) {

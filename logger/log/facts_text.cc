@@ -62,6 +62,11 @@ std::string Heading(const LogFacts& f) {
     AddLine(&text, "model {:016x}, program {:016x}, world {}, build {}", f.model_hash,
             f.program_hash, f.world_hash.empty() ? "-" : f.world_hash, f.build);
     AddLine(&text, "arithmetic {}", f.arithmetic.empty() ? "not known" : f.arithmetic);
+    if (!f.parameters.empty()) {
+      AddLine(&text, "parameters {}", dynarole::ParametersText(f.parameters));
+    }
+    if (!f.attributes.empty())
+      AddLine(&text, "of the model was set {}", fmt::join(f.attributes, ", "));
     // What was unusual about the run, and may explain what the log shows.
     if (f.open)
       AddLine(&text, "open: without a key, so that whoever reached its bus could speak in it");

@@ -15,8 +15,8 @@
 namespace morphbus::bridge {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribedRun, model_file, program_file, mode, root_module, build,
                                    started, world_hash, arithmetic, still, loss, seed, random_seed,
-                                   open, faults_file, fault_rules, root_sensor, root_noise_m,
-                                   root_noise_rad)
+                                   open, faults_file, fault_rules, attributes, root_sensor,
+                                   root_noise_m, root_noise_rad)
 }  // namespace morphbus::bridge
 
 namespace morphbus::logger {
@@ -44,6 +44,20 @@ nlohmann::json ChannelJson(const LogFacts& f, const ChannelFacts& c) {
   if (c.hashed) json["hash"] = Hex(c.hash);
   json["matches_end"] = c.matches_end ? nlohmann::json(*c.matches_end) : nlohmann::json(nullptr);
   return json;
+}
+
+/// The `parameters` of `info --json`: by name, with the range that the source allows.
+nlohmann::json ParametersJson(const LogFacts& f) {
+  nlohmann::json parameters = nlohmann::json::object();
+  for (const dynarole::ProgramParameter& p : f.parameters) {
+    // Numbers as people wrote them: a float of single precision has the digits of its text.
+    const auto number = [&p](double value) { return nlohmann::json::parse(p.Text(value)); };
+    parameters[p.name] = {{"value", number(p.value)},
+                          {"source", number(p.source_value)},
+                          {"least", number(p.least)},
+                          {"most", number(p.most)}};
+  }
+  return parameters;
 }
 
 /// One of the `deployments` of `info --json`; null stands for what did not happen.
@@ -241,6 +255,7 @@ nlohmann::json FactsJson(const LogFacts& f) {
   json["reason"] = f.end ? nlohmann::json(f.end->reason) : nlohmann::json(nullptr);
   if (f.has_description) {
     json["description"] = static_cast<const bridge::DescribedRun&>(f);
+    json["description"]["parameters"] = ParametersJson(f);
     json["description"]["robot"] = f.robot_name;
     json["description"]["model_hash"] = Hex(f.model_hash);
     json["description"]["program_hash"] = Hex(f.program_hash);

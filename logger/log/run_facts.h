@@ -13,6 +13,7 @@
 
 #include "bridge/description/described_run.h"
 #include "compiler/base/text.h"
+#include "compiler/dynarole/parameters.h"
 #include "logger/log/deployments.h"
 #include "logger/log/docking_changes.h"
 #include "logger/log/ended_tasks.h"
@@ -81,6 +82,8 @@ enum class EndState {
 /// All that is told of a log besides its messages. LoadRunLog() fills it; `info`, `verify`, `run`
 /// and the comparison print it. `run` is the run that was read.
 struct LogFacts : bridge::DescribedRun {
+  /// Of the program, with the values that the run began with; none without a description.
+  std::vector<dynarole::ProgramParameter> parameters;
   std::string path;
   uint64_t file_bytes = 0;
   /// Whether the file was compressed with zstd; offsets are those of the decompressed log.

@@ -213,7 +213,7 @@ class Loader : private bridge::RunMessageHandler {
       if (command.kind == bridge::ControlKind::kLose)
         facts_.lost_modules.emplace(command.part.module, time_us);
       // After a new program it counts how the robot stands.
-      if (command.kind != bridge::ControlKind::kDeploy) continue;
+      if (!bridge::BringsImage(command.kind)) continue;
       tilts_.KeepOn();
       programs_.TakeDeployment(clock.header.tick, command);
     }

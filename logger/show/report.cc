@@ -172,6 +172,9 @@ class ComparisonPage : private ReportPage {
   /// Damage, losses, and what could not be compared.
   void Remarks() {
     std::vector<std::string> notes = comparison_.notes;
+    if (const std::string settings = SettingsText(comparison_.settings); !settings.empty()) {
+      notes.insert(notes.begin(), settings);
+    }
     for (const std::string& what : comparison_.not_compared) {
       notes.push_back("not compared: " + what);
     }

@@ -51,6 +51,8 @@ void ReportPage::RunFacts(const RunLog& log) {
   const LogFacts& f = log.facts;
   Fact("robot", f.robot_name + (f.model_file.empty() ? "" : "  (" + f.model_file + ")"));
   Fact("program", f.program_file);
+  Fact("parameters", dynarole::ParametersText(f.parameters));
+  Fact("set of the model", fmt::format("{}", fmt::join(f.attributes, ", ")));
   Fact("run", f.run + (f.mode.empty() ? "" : ", " + f.mode));
   Fact("length",
        fmt::format("{:.3f} s, {} ticks of {:.0f} ms", f.seconds, f.ticks, f.tick_us * 1e-3));

@@ -147,10 +147,9 @@ void AddControl(CommandLine* line) {
   sub.Add("COMMAND", &options->words, "What to do, see below").Required();
   sub.Add("--run", &options->run, "The run to command (default: the only one; see morphbus runs)");
   sub.Add("--to", &options->to, "deploy, invoke: the module that gets it (default: the root)");
-  sub.Add(
-      "--at", &options->at,
-      "deploy: sim time, seconds, at which all modules go over to the program (default: as soon "
-      "as all have it)");
+  sub.Add("--at", &options->at,
+          "deploy, set: sim time, seconds, at which all modules go over to the program, or value "
+          "(default: as soon as all have it)");
   sub.Flag("--cold", &options->cold, "restart: the module begins anew");
   sub.Json(&options->json);
   sub.Footer(fmt::format(

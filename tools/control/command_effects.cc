@@ -50,6 +50,7 @@ Result<void> CommandEffects::Apply(const ControlCommand& command, int64_t tick) 
       return robot_.Disconnect(command.part.module, command.part.part);
     // The program.
     case ControlKind::kDeploy:
+    case ControlKind::kSet:
       Deploy(command, tick);
       return {};
     case ControlKind::kInvoke:
@@ -88,6 +89,7 @@ void CommandEffects::Deploy(const ControlCommand& command, int64_t tick) {
   const vm::PackageHead head = schedule_.Begin(order, times);
   // The head goes before the image, and gives the package its name.
   const std::string& image = images_.Image(command.program_hash);
+  images_.SetNewest(command.program_hash);
   std::vector<uint8_t> package(vm::kPackageHeadBytes);
   vm::WritePackageHead(head, package.data());
   package.insert(package.end(), image.begin(), image.end());

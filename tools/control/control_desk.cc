@@ -17,8 +17,8 @@ using bridge::ControlKind;
 /// Commands that one tick takes: as many as a CLOCK names but one, which is left for a command that
 /// makes a paused run go on.
 constexpr int kMostAtOnce = static_cast<int>(bridge::TickPublisher::kMostAnnounced) - 1;
-/// Bytes that the time of a deployment adds to its text, with its option.
-constexpr size_t kTimeBytes = 16;
+/// Bytes that the time of a deployment, with its option, and its hash add to its text.
+constexpr size_t kAddedBytes = 33;
 /// Seconds after which a sender that waits for a tick hears that it may take longer.
 constexpr double kLaterSeconds = 1;
 
@@ -133,9 +133,9 @@ Refusal ControlDesk::Check(const GivenCommand& given, int64_t tick) {
   // A script says what was done once, and is told nothing that the run did not say then.
   const ControlCommand& command = given.command;
   const bool scripted = given.counter == kNobody;
-  // CLOCK adds the time of a deployment that names none.
-  const bool adds = command.kind == ControlKind::kDeploy && !command.at;
-  if (!scripted && given.text.size() + (adds ? kTimeBytes : 0) > bridge::kLongestText) {
+  // CLOCK adds the time of a deployment that names none, and the hash of its image.
+  const bool adds = bridge::BringsImage(command.kind);
+  if (!scripted && given.text.size() + (adds ? kAddedBytes : 0) > bridge::kLongestText) {
     return {kUnusable, "the command is too long"};
   }
   const int most = MovesOn(command.kind) ? kMostAtOnce + 1 : kMostAtOnce;
@@ -167,19 +167,24 @@ Refusal ControlDesk::CheckPause(ControlKind kind) const {
 }
 
 Refusal ControlDesk::CheckTime(const GivenCommand& given, int64_t tick) const {
-  if (given.command.kind != ControlKind::kDeploy) return {};
+  if (!bridge::BringsImage(given.command.kind)) return {};
   // A script may be that of a run which went on for longer.
   const bool endless = given.counter == kNobody;
   const std::string why = schedule_.WhyNot(effects_.OrderOf(given.command, tick), endless);
   return why.empty() ? Refusal() : Refusal{kNo, why};
 }
 
-GivenCommand ControlDesk::Complete(GivenCommand given, int64_t tick) const {
+GivenCommand ControlDesk::Complete(GivenCommand given, int64_t tick) {
   ControlCommand& command = given.command;
-  if (command.kind != ControlKind::kDeploy) return given;
+  if (!bridge::BringsImage(command.kind)) return given;
+  // What cannot be set is refused by the check, which says why.
+  const uint64_t hash = command.program_hash;
+  if (command.kind == ControlKind::kSet && hash == 0) {
+    command.program_hash = images_.WithParameter(command.parameter, command.value).value_or(0);
+  }
   const DeploymentSchedule::Times times = schedule_.Plan(effects_.OrderOf(command, tick));
   const double at = schedule_.SecondsOf(times.switch_tick);
-  if (command.at == at) return given;
+  if (command.at == at && command.program_hash == hash) return given;
   command.at = at;
   given.text = ControlText(command);
   return given;

@@ -61,8 +61,8 @@ class ControlDesk {
   [[nodiscard]] Refusal CheckPause(bridge::ControlKind kind) const;
   /// Is the time that a deployment names one that can be kept, if it is done at `tick`?
   [[nodiscard]] Refusal CheckTime(const GivenCommand& given, int64_t tick) const;
-  /// The command as it is done at `tick`: a deployment has a time.
-  [[nodiscard]] GivenCommand Complete(GivenCommand given, int64_t tick) const;
+  /// The command as it is done at `tick`: a deployment has a time, and a setting an image.
+  [[nodiscard]] GivenCommand Complete(GivenCommand given, int64_t tick);
 
   /// Does what was given for the tick whose sensors are read next. What is refused has changed
   /// nothing.

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "compiler/dynarole/parameters.h"
 #include "tools/base/files.h"
 #include "tools/base/program.h"
 #include "tools/plan/control_script.h"
@@ -10,7 +11,7 @@
 namespace morphbus::tools {
 
 RunImages::RunImages(uint64_t own, std::map<uint64_t, std::string> images, std::string folder)
-    : own_(own), images_(std::move(images)), folder_(std::move(folder)) {}
+    : own_(own), newest_(own), images_(std::move(images)), folder_(std::move(folder)) {}
 
 const vm::VerifiedProgram* RunImages::Find(uint64_t hash) {
   // A module that has not been heard of yet runs what it was started with.
@@ -36,6 +37,19 @@ const std::string& RunImages::Image(uint64_t hash) const {
   static const std::string none;
   const auto known = verified_.find(hash);
   return known == verified_.end() ? none : *known->second.image;
+}
+
+Result<uint64_t> RunImages::WithParameter(const std::string& name, const std::string& value) {
+  const vm::VerifiedProgram* program = Find(newest_);
+  if (program == nullptr) return Fail("nobody knows the program that runs");
+  Result<std::string> image = dynarole::WithParameter(*program, name, value);
+  if (!image) return tl::unexpected(image.error());
+  const auto verified = VerifyProgram(*image);
+  if (!verified) return tl::unexpected(verified.error());
+  const uint64_t hash = (*verified)->hash();
+  if (!verified_.contains(hash)) images_.emplace(hash, std::move(*image));
+  // Find verifies it once more, where it stays.
+  return Find(hash) == nullptr ? Result<uint64_t>(Fail("its image cannot be verified")) : hash;
 }
 
 }  // namespace morphbus::tools

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "compiler/base/result.h"
 #include "vm/image/program.h"
 
 namespace morphbus::tools {
@@ -25,6 +26,14 @@ class RunImages {
   /// The image of a program that Find found; empty for others.
   [[nodiscard]] const std::string& Image(uint64_t hash) const;
 
+  /// The program that all modules run in the end: the run's own, or the one that came last.
+  [[nodiscard]] uint64_t newest() const { return newest_; }
+  /// A program goes out to all modules.
+  void SetNewest(uint64_t hash) { newest_ = hash; }
+  /// The hash of the newest program with another value of a parameter, whose image can be found
+  /// from now on. Fails, in a sentence, if it has no such parameter, or that no such value.
+  Result<uint64_t> WithParameter(const std::string& name, const std::string& value);
+
  private:
   /// An image, and what the verifier made of it, which refers to its bytes.
   struct Verified {
@@ -33,6 +42,7 @@ class RunImages {
   };
 
   uint64_t own_;
+  uint64_t newest_;
   std::map<uint64_t, std::string> images_;  ///< Not verified yet.
   std::string folder_;
   std::map<uint64_t, Verified> verified_;

@@ -27,6 +27,7 @@
 #include "tools/base/files.h"
 #include "tools/base/messages.h"
 #include "tools/machine/run_registry.h"
+#include "tools/plan/settings.h"
 
 namespace morphbus::tools {
 namespace {
@@ -295,6 +296,7 @@ void AddPlanOptions(Subcommand* sub, RunOptions* options) {
   sub->Add("--random-seed", &options->random_seed,
            "Seed of the numbers that the program draws by random() (default 1)");
   sub->Add("--speed", &options->speed, "Times real time (default: as fast as possible)");
+  AddSettings(sub, &options->params, &options->set);
   sub->Add("--root", &options->root,
            "Module that broadcasts the root pose (default: the robot frame's)");
   sub->Flag("--root-sensor", &options->root_sensor,
@@ -357,7 +359,10 @@ std::optional<RunPlan> PlanRun(const RunOptions& options, ModelSource* source) {
 }
 
 std::optional<RunPlan> PlanCompiled(const RunOptions& options, model::Model model,
-                                    const CompiledProgram& program) {
+                                    const CompiledProgram& compiled) {
+  const std::optional<std::vector<Setting>> settings = ReadSettings(options.params, options.set);
+  CompiledProgram program = compiled;
+  if (!settings || !SetParameters(*settings, &program)) return std::nullopt;
   const model::Robot* robot = RobotOf(options, model);
   if (robot == nullptr) return std::nullopt;
   // The description holds all of it: what the processes of the run and readers of the log need.

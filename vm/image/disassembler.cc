@@ -92,9 +92,21 @@ class Printer {
     // Constants are shared by all functions.
     for (int i = 0; i < program_.num_constants(); ++i) {
       const ValueType type = program_.constant_type(i);
-      Add("constant {} {} {}\n", i, TypeName(type),
-          ValueText(program_, type, program_.constant(i)));
+      Add("constant {} {} {}{}\n", i, TypeName(type),
+          ValueText(program_, type, program_.constant(i)), ParameterText(i));
     }
+  }
+
+  /// What makes a constant a parameter; empty for any other one.
+  [[nodiscard]] std::string ParameterText(int constant) const {
+    if (!program_.is_parameter(constant)) return "";
+    int number = 0;
+    for (int i = 0; i < constant; ++i) number += program_.is_parameter(i) ? 1 : 0;
+    if (!program_.has_notes()) return fmt::format(" parameter {}", number);
+    const ParameterInfo parameter = program_.parameter(number);
+    return fmt::format(" parameter {} in [{}, {}]", ToString(parameter.name),
+                       ValueText(program_, parameter.type, parameter.least),
+                       ValueText(program_, parameter.type, parameter.most));
   }
 
   // An image without notes has no names but those of roles and keywords; numbers stand for them.

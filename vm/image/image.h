@@ -11,7 +11,9 @@
 //            u64, hash of the second part u64, then a count u16 for each section
 //   text     offset u16 in the strings section, size u8
 //   keyword  kind u8, name text
-//   constant type u8, value u32; a text's value is its place in the strings, offset and size u16
+//   constant type u8 (kParameterBit: a parameter, whose value a run may choose), value u32; a
+//   text's
+//            value is its place in the strings, offset and size u16
 //   types    type u8: lists of types, which functions share
 //   function code begin u16, role u8, signature u16 (bits 0 to 3 the return type, 4 to 8 the number
 //            of arguments, 9 to 13 that of locals), first of the locals' types u16
@@ -25,8 +27,9 @@
 //
 //   notes    magic u32, size of the strings u16, fields u16, locals u16, lines u16, source file
 //            name (text), then the strings, for each function its name (text), for each field of
-//            each role its name (text), for each local of each function its name (text), and the
-//            lines: offset u16 in the code section, line u16; sorted
+//            each role its name (text), for each local of each function its name (text), for each
+//            parameter its name (text), then its value in the source, the least and the largest one
+//            (u32 each), and the lines: offset u16 in the code section, line u16; sorted
 
 #include <cstdint>
 
@@ -110,10 +113,16 @@ inline constexpr uint32_t kNotesLinesAt = 10;
 inline constexpr uint32_t kNotesSourceAt = 12;
 inline constexpr uint32_t kNotesHeadBytes = kNotesSourceAt + kTextBytes;
 inline constexpr uint32_t kLineBytes = 4;
+/// What the notes say of a parameter: its value in the source, the least and the largest one.
+inline constexpr uint32_t kParameterBytes = 12;
 
 /// Of a field that neighbours may read, and of the event of a handler that runs during startup too.
 inline constexpr int kSharedFieldBit = 0x8000;
 inline constexpr int kEarlyBit = 0x80;
+/// Of the type of a constant that is a parameter, an int or a float: a run may choose its value.
+inline constexpr int kParameterBit = 0x80;
+/// The most parameters that a program may have.
+inline constexpr int kMaxParameters = 64;
 /// From here on the event of a handler is a timer's period, by its number in the constants.
 inline constexpr int kFirstPeriod = 4;
 inline constexpr int kMaxPeriods = 0x80 - kFirstPeriod;

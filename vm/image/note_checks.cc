@@ -1,5 +1,7 @@
 #include "vm/image/note_checks.h"
 
+#include <initializer_list>
+
 #include "vm/image/image.h"
 #include "vm/image/table_checks.h"
 
@@ -38,6 +40,34 @@ bool CheckNoteLines(const VerifiedProgram& program, uint32_t begin, uint32_t cou
   return true;
 }
 
+/// Numbers of a parameter's type, in order.
+bool InOrder(ValueType type, Cell least, Cell value, Cell most) {
+  if (type == ValueType::kInt) {
+    return least.AsInt() <= value.AsInt() && value.AsInt() <= most.AsInt();
+  }
+  return least.AsFloat() <= value.AsFloat() && value.AsFloat() <= most.AsFloat();
+}
+
+/// The ranges of parameters, which begin at this byte: the value of the source and that of the
+/// image lie in them.
+bool CheckParameters(const VerifiedProgram& program, uint32_t begin, FirstError* error) {
+  uint32_t at = begin;
+  for (int i = 0; i < program.num_constants(); ++i) {
+    if (!program.is_parameter(i)) continue;
+    const ValueType type = program.constant_type(i);
+    const uint8_t* record = program.bytes() + at;
+    const Cell source{ReadU32(record)}, least{ReadU32(record + 4)}, most{ReadU32(record + 8)};
+    for (const Cell cell : {source, least, most}) {
+      if (!IsValueOf(type, cell, 0)) return error->Fail("range of a parameter is no number", at);
+    }
+    if (!InOrder(type, least, source, most) || !InOrder(type, least, program.constant(i), most)) {
+      return error->Fail("parameter is out of its range", at);
+    }
+    at += image::kParameterBytes;
+  }
+  return true;
+}
+
 }  // namespace
 
 bool CheckNotes(const VerifiedProgram& program, uint32_t total, NoteLines* lines,
@@ -54,15 +84,19 @@ bool CheckNotes(const VerifiedProgram& program, uint32_t total, NoteLines* lines
   }
   if (size < image::kNotesHeadBytes) return error->Fail("notes are cut off", at);
   if (ReadU32(notes) != image::kNotesMagic) return error->Fail("not the notes of an image", at);
-  // One name for each function, each field of each role and each local of each function, then the
-  // lines, and no more.
+  // One name for each function, each field of each role, each local of each function and each
+  // parameter, then the ranges of parameters and the lines, and no more.
   const image::SectionRange strings{at + image::kNotesHeadBytes,
                                     ReadU16(notes + image::kNotesStringsAt)};
   const uint32_t fields = ReadU16(notes + image::kNotesFieldsAt);
   const uint32_t locals = ReadU16(notes + image::kNotesLocalsAt);
-  const uint32_t num_names = static_cast<uint32_t>(program.num_functions()) + fields + locals;
+  uint32_t parameters = 0;
+  for (int i = 0; i < program.num_constants(); ++i) parameters += program.is_parameter(i) ? 1u : 0u;
+  const uint32_t num_names =
+      static_cast<uint32_t>(program.num_functions()) + fields + locals + parameters;
   const uint32_t names = image::kNotesHeadBytes + strings.count;
-  *lines = {names + num_names * image::kTextBytes, ReadU16(notes + image::kNotesLinesAt)};
+  const uint32_t ranges = names + num_names * image::kTextBytes;
+  *lines = {ranges + parameters * image::kParameterBytes, ReadU16(notes + image::kNotesLinesAt)};
   if (size != lines->begin + lines->count * image::kLineBytes) {
     return error->Fail("notes have another size", at);
   }
@@ -78,6 +112,7 @@ bool CheckNotes(const VerifiedProgram& program, uint32_t total, NoteLines* lines
   // The head's own name, that of the source, is checked like all others.
   return CheckNoteNames(program, strings, at + image::kNotesSourceAt, 1, error) &&
          CheckNoteNames(program, strings, at + names, num_names, error) &&
+         CheckParameters(program, at + ranges, error) &&
          CheckNoteLines(program, at + lines->begin, lines->count, error);
 }
 

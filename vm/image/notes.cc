@@ -51,6 +51,33 @@ Text VerifiedProgram::local_name(int function, int local) const {
   return NameOf(notes_, at + static_cast<uint32_t>(local));
 }
 
+int VerifiedProgram::num_parameters() const {
+  int count = 0;
+  for (int i = 0; notes_ != nullptr && i < num_constants(); ++i) count += is_parameter(i) ? 1 : 0;
+  return count;
+}
+
+ParameterInfo VerifiedProgram::parameter(int i) const {
+  // Their names stand behind those of functions, fields and locals, and their ranges behind all
+  // names.
+  const uint32_t names = static_cast<uint32_t>(num_functions_) +
+                         ReadU16(notes_ + image::kNotesFieldsAt) +
+                         ReadU16(notes_ + image::kNotesLocalsAt);
+  const uint8_t* ranges =
+      notes_ + lines_begin_ - static_cast<uint32_t>(num_parameters()) * image::kParameterBytes;
+  const uint8_t* range = ranges + static_cast<uint32_t>(i) * image::kParameterBytes;
+  ParameterInfo parameter;
+  parameter.name = NameOf(notes_, names + static_cast<uint32_t>(i));
+  // The constant that is this parameter: as many parameters stand before it.
+  while (!is_parameter(parameter.constant) || i-- > 0) ++parameter.constant;
+  parameter.type = constant_type(parameter.constant);
+  parameter.value = constant(parameter.constant);
+  parameter.source_value = Cell{image::ReadU32(range)};
+  parameter.least = Cell{image::ReadU32(range + 4)};
+  parameter.most = Cell{image::ReadU32(range + 8)};
+  return parameter;
+}
+
 int VerifiedProgram::LineOf(int function, uint32_t pc) const {
   if (notes_ == nullptr || function < 0 || function >= num_functions_) return 0;
   // Lines are told by offsets in the code section.

@@ -85,6 +85,26 @@ Text VerifiedProgram::text(int i) const {
           static_cast<uint16_t>(bits >> 16)};
 }
 
+bool VerifiedProgram::SameButForParameters(const VerifiedProgram& other) const {
+  if (run_size() != other.run_size()) return false;
+  // Bytes are compared up to the next that may differ: the hash, and the values of parameters.
+  uint32_t at = 0;
+  const auto same_until = [&](uint32_t end, uint32_t next) {
+    for (; at < end; ++at) {
+      if (bytes_[at] != other.bytes_[at]) return false;
+    }
+    at = next;
+    return true;
+  };
+  if (!same_until(image::kHashAt, image::kHashAt + 8)) return false;
+  for (int i = 0; i < num_constants(); ++i) {
+    // The type tells both programs' parameters, so it is compared with what stands before.
+    const auto value = static_cast<uint32_t>(ConstantAt(i) + 1 - bytes_);
+    if (is_parameter(i) && !same_until(value, value + 4)) return false;
+  }
+  return same_until(run_size(), run_size());
+}
+
 bool VerifiedProgram::IsA(int role, int ancestor) const {
   // Parents form a forest (the verifier checks depths), so this ends.
   while (role >= 0 && role != ancestor) {

@@ -91,7 +91,9 @@ class FieldTable {
   FieldTable(const uint8_t* at, const uint8_t* constants) : at_(at), constants_(constants) {}
   /// The value that field i begins with, and its type.
   Cell operator[](int i) const { return Cell{image::ReadU32(ConstantOf(i) + 1)}; }
-  [[nodiscard]] ValueType type(int i) const { return static_cast<ValueType>(*ConstantOf(i)); }
+  [[nodiscard]] ValueType type(int i) const {
+    return static_cast<ValueType>(*ConstantOf(i) & ~image::kParameterBit);
+  }
   /// True if neighbours may read the field.
   [[nodiscard]] bool shared(int i) const {
     return (image::ReadU16(at_ + 2 * i) & image::kSharedFieldBit) != 0;
@@ -132,6 +134,20 @@ class HandlerTable {
  private:
   const uint8_t* at_;
   const uint8_t* constants_;
+};
+
+/// A parameter of the program: a constant whose value a run may choose.
+struct ParameterInfo {
+  /// Its number among the constants.
+  int constant = 0;
+  /// As `run --set` names it: alone, or with the role in which it stands, "Leg.swing".
+  Text name;
+  /// An int or a float; all four values are of it.
+  ValueType type = ValueType::kVoid;
+  /// The value of this image, and that of the source.
+  Cell value = {}, source_value = {};
+  /// The range that the source allows, both ends included.
+  Cell least = {}, most = {};
 };
 
 /// A role with all that it inherits; slots of fields, labels, commands are those of its base roles
@@ -233,16 +249,23 @@ class VerifiedProgram {
   /// Type and value i of the constant table (vm/image/image.h); inline because programs push
   /// constants often.
   [[nodiscard]] ValueType constant_type(int i) const {
-    return static_cast<ValueType>(ConstantAt(i)[0]);
+    return static_cast<ValueType>(ConstantAt(i)[0] & ~image::kParameterBit);
   }
   [[nodiscard]] Cell constant(int i) const { return Cell{image::ReadU32(ConstantAt(i) + 1)}; }
   /// Constant i, which is a text.
   [[nodiscard]] Text text(int i) const;
+  /// True if constant i is a parameter, whose value a run may choose.
+  [[nodiscard]] bool is_parameter(int i) const {
+    return (ConstantAt(i)[0] & image::kParameterBit) != 0;
+  }
   /// How many constants there are.
   [[nodiscard]] int num_constants() const { return static_cast<int>(num_constants_); }
   /// True if these are acceptable arguments of a function: right count, each a value of its type.
   /// For invocations, whose arguments come from other modules.
   [[nodiscard]] bool AcceptsArguments(int function, const Cell* arguments, int count) const;
+  /// True if the programs have the same code and differ in values of parameters at most: what one
+  /// has begun the other one can go on with.
+  [[nodiscard]] bool SameButForParameters(const VerifiedProgram& other) const;
   /// True if `role` is `ancestor` or extends it, directly or not.
   [[nodiscard]] bool IsA(int role, int ancestor) const;
 
@@ -259,6 +282,9 @@ class VerifiedProgram {
   [[nodiscard]] Text field_name(int role, int field) const;
   /// The name of a parameter or variable of a function.
   [[nodiscard]] Text local_name(int function, int local) const;
+  /// How many parameters the notes describe, and parameter i of them in declared order.
+  [[nodiscard]] int num_parameters() const;
+  [[nodiscard]] ParameterInfo parameter(int i) const;
   /// Source line (1-based) of an instruction, 0 if unknown. `pc` is a byte offset in the function.
   [[nodiscard]] int LineOf(int function, uint32_t pc) const;
   /// Source line of the first code that stands in a role itself, 0 if there is none. An image has

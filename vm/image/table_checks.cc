@@ -49,6 +49,7 @@ bool CheckKeywords(const VerifiedProgram& program, FirstError* error) {
 bool CheckConstants(const VerifiedProgram& program, FirstError* error) {
   // Code pushes constants without a look at them, so that each must be sound here.
   const SectionRange range = SectionOf(program.bytes(), Section::kConstants);
+  int parameters = 0;
   for (uint32_t i = 0; i < range.count; ++i) {
     const uint32_t at = range.begin + i * image::kConstantBytes;
     const uint8_t* record = program.bytes() + at;
@@ -66,9 +67,16 @@ bool CheckConstants(const VerifiedProgram& program, FirstError* error) {
       }
       continue;
     }
+    // What a run may choose is a number.
+    const ValueType type = program.constant_type(static_cast<int>(i));
+    if (program.is_parameter(static_cast<int>(i))) {
+      if (type != ValueType::kInt && type != ValueType::kFloat) {
+        return error->Fail("parameter is no number", at);
+      }
+      if (++parameters > image::kMaxParameters) return error->Fail("too many parameters", at);
+    }
     // A role is a value too, so the number of roles is needed.
-    if (!IsValueOf(static_cast<ValueType>(record[0]), Cell{ReadU32(record + 1)},
-                   program.num_roles())) {
+    if (!IsValueOf(type, Cell{ReadU32(record + 1)}, program.num_roles())) {
       return error->Fail("constant is not a value of its type", at);
     }
   }

@@ -328,6 +328,10 @@ void CarryOver(Context& context, const VerifiedProgram& next) {
   ProgramSwitch& change = context.state.program_switch;
   change.previous_hash = old.hash();
   change.tick = context.state.tick;
+  change.same_code = old.SameButForParameters(next);
+  // Where parameters alone have changed everything goes on, tasks in the middle of their code
+  // included. The role held is not judged for that: only its surroundings are evidence against it.
+  if (change.same_code) return;
   for (int r = 0; r < kMaxRoles; ++r) {
     change.renamed[r] = r < old.num_roles() ? FindRole(next, old.role(r).name) : int8_t{-1};
   }

@@ -59,7 +59,8 @@ void LeaveRole(Context& context);
 /// Prepares the state for another program, which the next tick runs; `context` is of the old one.
 /// Tasks end and joints hold. A module whose role the new program has as well, by name, keeps its
 /// conventions and goes on in that role in the next tick, startups first; what hangs where counts
-/// as settled as it was, so that others take their new roles at once.
+/// as settled as it was, so that others take their new roles at once. Where only parameters have
+/// other values all goes on.
 void CarryOver(Context& context, const VerifiedProgram& next);
 
 }  // namespace morphbus::vm

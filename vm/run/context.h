@@ -81,6 +81,16 @@ inline Fault FaultOf(const VerifiedProgram& program, const RunResult& result) {
   return fault;
 }
 
+/// True if what was said under the program of this hash means the same under the one that runs: it
+/// is that one, or the one before if only parameters have changed since. Neighbours' messages of
+/// the tick before, and invocations on their way, are then as good as new ones.
+inline bool MeansTheSame(const Context& context, uint64_t program_hash) {
+  if (program_hash == context.program.hash()) return true;
+  const ProgramSwitch& last = context.state.program_switch;
+  return last.same_code && program_hash == last.previous_hash &&
+         context.state.tick - last.tick <= kSilentTicks;
+}
+
 /// A hash over numbers, by which two states of affairs are compared without keeping the earlier
 /// one. Each number counts as 64 bits, so that all hosts agree.
 class Digest {

@@ -154,6 +154,8 @@ struct ProgramSwitch {
   int64_t tick = 0;
   /// For each of its roles the one of the same name in the present program; -1 without one.
   int8_t renamed[kMaxRoles] = {};
+  /// It has the same code, and differs in values of parameters at most.
+  bool same_code = false;
 };
 
 /// A joint's motion (vm/role/motion.cc). Degrees, or millimetres for a prismatic joint, in the

@@ -51,7 +51,7 @@ bool IsUsable(const Context& context, const NeighbourRecord& neighbour,
 int16_t RoleIn(const Context& context, const NeighbourMessage& message) {
   const VerifiedProgram& program = context.program;
   if (message.role < 0) return -1;
-  if (message.program_hash == program.hash()) {
+  if (MeansTheSame(context, message.program_hash)) {
     return message.role < program.num_roles() ? message.role : int16_t{-1};
   }
   const ProgramSwitch& last = context.state.program_switch;
@@ -92,7 +92,7 @@ void ReadRole(const Context& context, const NeighbourMessage& message, Neighbour
 void ReadShared(const Context& context, const NeighbourMessage& message,
                 NeighbourRecord* neighbour) {
   const VerifiedProgram& program = context.program;
-  const bool says = message.program_hash == program.hash() && message.role >= 0 &&
+  const bool says = MeansTheSame(context, message.program_hash) && message.role >= 0 &&
                     message.role < program.num_roles();
   if (says || neighbour->role < 0) neighbour->shared_role = -1;
   if (!says) return;

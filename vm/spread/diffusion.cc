@@ -85,7 +85,7 @@ void Deliver(Context& context, const Invocation& invocation) {
   // Roles and commands are numbers of one program; under another they mean nothing.
   const VerifiedProgram& program = context.program;
   const int own = context.state.role.role;
-  if (invocation.program_hash != program.hash() || own < 0) return;
+  if (!MeansTheSame(context, invocation.program_hash) || own < 0) return;
   // One that is for another module is only passed on.
   if (invocation.target >= 0 && invocation.target != context.config.module_id) return;
   if (invocation.role >= program.num_roles() || !program.IsA(own, invocation.role)) return;
@@ -193,7 +193,7 @@ void RelieveJam(Context& context) {
   // Kept ones are in the order in which they came. The command is named only if it is of our own
   // program.
   const Invocation& oldest = d.kept[0].invocation;
-  if (oldest.program_hash == context.program.hash()) {
+  if (MeansTheSame(context, oldest.program_hash)) {
     fault.function = CommandFunction(context.program, oldest.role, oldest.command);
   }
   DropKept(&d, 0);
@@ -263,7 +263,7 @@ void IssueRequests(Context& context, const TickInput& input) {
     const InvokeRequest& request = input.requests[i];
     Fault fault;
     fault.code = FaultCode::kBadInvocation;
-    if (request.program_hash == program.hash()) {
+    if (MeansTheSame(context, request.program_hash)) {
       fault.function = CommandFunction(program, request.role, request.command);
     }
     const bool fits =
