@@ -73,6 +73,14 @@ morphbus::Description DescriptionOf(const RunModel& run, const RoleColors& color
     const int id = static_cast<int>(m);
     Describe(run.robot->modules[m], id, run.TypeOf(id), out.add_modules());
   }
+  for (const dynarole::ProgramParameter& parameter : run.parameters) {
+    morphbus::DescribedParameter& described = *out.add_parameters();
+    described.set_name(parameter.name);
+    described.set_is_int(parameter.is_int);
+    described.set_value(parameter.value);
+    described.set_least(parameter.least);
+    described.set_most(parameter.most);
+  }
   if (run.has_program) DescribeRoles(run.images.program(), colors, &out);
   return out;
 }

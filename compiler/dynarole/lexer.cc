@@ -212,10 +212,6 @@ class Lexer {
     if (sequence == "|") error.hint = "logical or is '||'";
     if (sequence == "'") error.hint = "texts stand between double quotes: \"...\"";
     // What other languages have and this one has not.
-    if (sequence == "[" || sequence == "]") {
-      error.message = "there are no arrays, so no '" + std::string(sequence) + "'";
-      error.hint = "give each value a field of its own";
-    }
     if (sequence == "?") {
       error.message = "there is no conditional expression 'a ? b : c'";
       error.hint = "write: if (a) { ... } else { ... }";

@@ -30,12 +30,14 @@ Result<size_t> FindParameter(const std::vector<ProgramParameter>& parameters,
         MemberName(name)));
   }
   // A name that fits one parameter only may stand without its role.
-  std::vector<std::string> names;
+  std::vector<std::string> names, likely;
   std::optional<size_t> without_role;
   int fitting = 0;
   for (size_t i = 0; i < parameters.size(); ++i) {
     if (parameters[i].name == name) return i;
     names.push_back(parameters[i].name);
+    likely.push_back(parameters[i].name);
+    likely.emplace_back(MemberName(parameters[i].name));
     if (MemberName(parameters[i].name) != name) continue;
     without_role = i;
     ++fitting;
@@ -46,8 +48,22 @@ Result<size_t> FindParameter(const std::vector<ProgramParameter>& parameters,
                             parameters[*without_role].name));
   }
   return Fail(fmt::format("the program has no parameter '{}': {}", name,
-                          source::NearestHint(std::string(name), names,
+                          source::NearestHint(std::string(name), likely,
                                               "it has " + fmt::to_string(fmt::join(names, ", ")))));
+}
+
+/// Puts a value of a parameter into an image of its program, behind the type of its constant, and
+/// the hash that follows from it.
+void PutValue(const vm::ParameterInfo& parameter, vm::Cell value, std::string* image) {
+  auto* bytes = reinterpret_cast<uint8_t*>(image->data());
+  const auto put = [bytes](uint32_t at, uint64_t bits, uint32_t size) {
+    for (uint32_t i = 0; i < size; ++i) bytes[at + i] = static_cast<uint8_t>(bits >> (8 * i));
+  };
+  const uint32_t constants = vm::image::SectionOf(bytes, vm::image::Section::kConstants).begin;
+  put(constants + static_cast<uint32_t>(parameter.constant) * vm::image::kConstantBytes + 1,
+      value.bits, 4);
+  const uint32_t run_size = vm::image::ReadU32(bytes + vm::image::kSizeAt);
+  put(vm::image::kHashAt, vm::image::HashOf(bytes, run_size), 8);
 }
 
 /// The cell of a value that is written so; nothing for what is no number of the type.
@@ -113,17 +129,18 @@ Result<std::string> WithParameter(const vm::VerifiedProgram& program, std::strin
     return Fail(
         fmt::format("parameter {}: {} is out of its range, {}", parameter.name, value, range));
   }
-  // The value stands behind the type of its constant; the hash follows from all bytes.
   std::string image(reinterpret_cast<const char*>(program.bytes()), program.size());
-  const auto patch = [&image](uint32_t at, uint64_t bits, uint32_t bytes) {
-    for (uint32_t i = 0; i < bytes; ++i) image[at + i] = static_cast<char>(bits >> (8 * i) & 0xff);
-  };
-  const auto* bytes = reinterpret_cast<const uint8_t*>(image.data());
-  const uint32_t constants = vm::image::SectionOf(bytes, vm::image::Section::kConstants).begin;
-  patch(constants + static_cast<uint32_t>(info.constant) * vm::image::kConstantBytes + 1,
-        cell->bits, 4);
-  patch(vm::image::kHashAt, vm::image::HashOf(bytes, program.run_size()), 8);
+  PutValue(info, *cell, &image);
   return image;
+}
+
+uint64_t HashOfSource(const vm::VerifiedProgram& program) {
+  std::string image(reinterpret_cast<const char*>(program.bytes()), program.size());
+  for (int i = 0; i < program.num_parameters(); ++i) {
+    const vm::ParameterInfo parameter = program.parameter(i);
+    PutValue(parameter, parameter.source_value, &image);
+  }
+  return vm::image::ReadU64(reinterpret_cast<const uint8_t*>(image.data()) + vm::image::kHashAt);
 }
 
 }  // namespace morphbus::dynarole

@@ -1,6 +1,7 @@
 #pragma once
 // The parameters of a program image, and images in which they have other values.
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,5 +40,9 @@ std::string ParametersText(const std::vector<ProgramParameter>& parameters);
 ///          one that is out of its range.
 Result<std::string> WithParameter(const vm::VerifiedProgram& program, std::string_view name,
                                   std::string_view value);
+
+/// The hash of the image that the program's source compiles to: that of this one with the values
+/// of the source for all parameters.
+uint64_t HashOfSource(const vm::VerifiedProgram& program);
 
 }  // namespace morphbus::dynarole

@@ -56,6 +56,10 @@ Diagnostic* TokenReader::Unexpected(const std::string& wanted, std::string hint)
   // Names and numbers are shown as they stand in the text.
   const std::string found =
       HasText(token.kind) ? "'" + TextOf(token).substr(0, 40) + "'" : Describe(token.kind);
+  // Brackets stand round the range of a parameter, and nowhere else.
+  if (token.kind == TokenKind::kLeftBracket && hint.empty()) {
+    hint = "there are no arrays: give each value a field of its own";
+  }
   return ErrorAt(token.span, "expected " + wanted + ", found " + found, std::move(hint));
 }
 

@@ -167,6 +167,28 @@ test('orders are given by buttons, and their answers listed', async () => {
   await page.waitForSelector('tr[data-module=m1][data-role=Other1]');
 });
 
+test('parameters are set by sliders, and follow what others set', async () => {
+  const page = await live(100);
+  await page.locator('#tab-control').click();
+  const swing = page.getByRole('slider', { name: 'swing, slider' });
+  assert.equal(await swing.inputValue(), '30');
+  await swing.fill('45.5');
+  await page.waitForSelector('.answers li:has-text("set swing 45.5")');
+  await page.getByRole('spinbutton', { name: 'Head.steps' }).fill('3');
+  await page.keyboard.press('Enter');
+  await page.waitForSelector('.answers li:has-text("set Head.steps 3")');
+  // What a run says counts, whoever has asked for it; the role may be left out.
+  await page.evaluate(() => {
+    window.server.run('walk').said.push('set swing 12 0123456789abcdef --at 9', 'set steps 7 0123456789abcdef --at 9');
+    window.server.advance('walk', 2);
+  });
+  await page.waitForFunction(
+    () => document.querySelector('.parameters [aria-label="Head.steps, slider"]').value === '7',
+  );
+  assert.equal(await page.getByRole('spinbutton', { name: 'swing' }).inputValue(), '12');
+  await keepShot(page, 'parameters');
+});
+
 test('faults come with their line, which opens the program there', async () => {
   const page = await live(60);
   await page.evaluate(() =>

@@ -2,9 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
+#include <vector>
 
+#include "compiler/dynarole/parameters.h"
 #include "test/vm/lone_module.h"
+#include "vm/image/verifier.h"
 
 namespace morphbus::vm {
 namespace {
@@ -195,6 +200,65 @@ TEST_F(ProgramSwitchTest, TheRootsClockIsKnownEverywhereWhateverTheLinksLose) {
   vms_->Tick(100);
   ASSERT_TRUE(vms_->vm(5).RootTick(vms_->tick() + 1, &root_tick));
   EXPECT_EQ(root_tick, vms_->tick() + 1 - behind);
+}
+
+/// The image of a program with another value of a parameter.
+std::vector<uint8_t> WithParameter(const std::vector<uint8_t>& image, const char* name,
+                                   const char* value) {
+  VerifiedProgram program;
+  EXPECT_EQ(Verifier::Verify(image.data(), static_cast<uint32_t>(image.size()), &program).message,
+            nullptr);
+  const Result<std::string> other = dynarole::WithParameter(program, name, value);
+  EXPECT_TRUE(other) << other.error().message;
+  return {other->begin(), other->end()};
+}
+
+TEST_F(ProgramSwitchTest, AnotherValueOfAParameterEndsNothing) {
+  const std::string members =
+      WithConvention("TWO",
+                     "param step = 2 in [0, 90]; n = 1; behavior b() { n += 1;"
+                     " self.jointSetDegreesNonBlocking(self.TURN, step * n);"
+                     " self.sleepcs(20); n += 10; }");
+  Lone(members);
+  TakeRole();
+  while (std::lround(Target()) != 2 * 2 * Sign()) vms_->Tick();
+  const int sign = Sign();
+  // The task sleeps on in the middle of its round, and counts on from the same field.
+  vms_->ReplaceProgram(
+      0, WithParameter(test::ProgramFrom("role R extends Module {\n" + members + "\n}\n", model_),
+                       "step", "3"));
+  const std::vector<int> targets = Targets(12);
+  EXPECT_EQ(targets, (std::vector<int>{2 * 2 * sign, 3 * 13 * sign}));
+  EXPECT_EQ(vms_->output(0).status.role, 0);
+  EXPECT_EQ(Sign(), sign);
+}
+
+TEST_F(ProgramSwitchTest, WhatNeighboursSaidUnderTheValuesBeforeStillMeansTheSame) {
+  // Each counts by itself, and turns by what the other has said a tick before.
+  const std::vector<uint8_t> program = test::ProgramFrom(
+      "param step = 1 in [0, 9];\nrole R extends Module {\n"
+      " shared x = 0;\n"
+      " behavior count() { x += step; self.sleepcs(2); }\n"
+      " behavior read() {\n"
+      "   if (self.connected($ANY, $R) == 1) {\n"
+      "     self.jointSetDegreesNonBlocking(self.TURN, self.connected($ANY, $R).x); }\n"
+      "   self.sleepcs(2); } }\n",
+      model_);
+  robot_ = test::ChainRobot(model_, 2);
+  vms_ = std::make_unique<VmRobot>(model_, robot_, program, VmRobotOptions());
+  vms_->Tick(40);
+  ASSERT_EQ(vms_->output(0).status.role, 0);
+  long last = std::lround(Target());
+  for (int i = 0; i < 6; ++i) {
+    if (i == 3) {
+      for (int m = 0; m < 2; ++m) vms_->ReplaceProgram(m, WithParameter(program, "step", "5"));
+    }
+    vms_->Tick();
+    EXPECT_EQ(vms_->output(0).status.num_faults, 0) << "tick " << i;
+    // What it hears in the tick of the change was counted before it.
+    EXPECT_EQ(std::lround(Target()) - last, i < 4 ? 1 : 5) << "tick " << i;
+    last = std::lround(Target());
+  }
 }
 
 }  // namespace

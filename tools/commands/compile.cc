@@ -9,6 +9,7 @@
 #include "tools/base/print.h"
 #include "tools/base/program.h"
 #include "tools/commands/commands.h"
+#include "tools/plan/settings.h"
 #include "vm/image/image.h"
 
 namespace morphbus::tools {
@@ -21,6 +22,8 @@ struct CompileOptions {
   std::string model;
   std::string output;
   std::string dump;
+  std::string params;
+  std::vector<std::string> set;
   bool strip = false;
   bool force = false;
   bool json = false;
@@ -88,8 +91,17 @@ int Compile(const CompileOptions& options) {
   inputs.push_back(options.program);
   if (!MayWrite(options.output, outputs::kProgramImage, options.force, inputs)) return kUnusable;
   // Compiles, or checks an image that is given as PROGRAM.
-  const std::optional<CompiledProgram> program = LoadProgram(options.program, *types);
+  std::optional<CompiledProgram> program = LoadProgram(options.program, *types);
   if (!program) return kUnusable;
+  // The image begins with these values of its parameters; a model has no part in it.
+  const std::optional<std::vector<Setting>> settings = ReadSettings(options.params, options.set);
+  if (!settings || !SetParameters(*settings, &*program)) return kUnusable;
+  for (const Setting& setting : *settings) {
+    if (!setting.OfModel()) continue;
+    return Unusable(fmt::format("{} is an attribute of a model, which no image holds; run --set "
+                                "takes it",
+                                setting.name));
+  }
   // The part that modules run is the first one, and the header says how large it is.
   std::string image = program->image;
   if (options.strip) {
@@ -117,6 +129,7 @@ void AddCompile(CommandLine* line) {
       .TypeName("TYPE.xml...");
   sub.Add("--model", &options->model, "M3L file whose module types the program may use");
   sub.Add("-o,--output", &options->output, "Image to write ('-': stdout)");
+  AddSettings(&sub, &options->params, &options->set);
   sub.Flag("--strip", &options->strip,
            "Leave out names and source lines, which a microcontroller need not hold");
   sub.Force(&options->force);

@@ -7,6 +7,7 @@
 #include "compiler/keywords/module_keywords.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/role_report.h"
+#include "tools/plan/settings.h"
 #include "tools/roles/role_explanation.h"
 #include "tools/roles/static_roles.h"
 
@@ -19,6 +20,8 @@ struct RolesOptions {
   std::vector<std::string> programs;
   std::vector<std::string> robots;
   std::string root;
+  std::string params;
+  std::vector<std::string> set;
   std::vector<std::string> why;  ///< Module, and role if one is asked for; empty without --why.
   bool json = false;
 };
@@ -31,6 +34,8 @@ RunOptions RunOf(const RolesOptions& options, const std::string& program,
   run.program_file = program;
   run.robot = robot;
   run.root = options.root;
+  run.params = options.params;
+  run.set = options.set;
   return run;
 }
 
@@ -153,6 +158,7 @@ void AddRoles(CommandLine* line) {
       .Repeatable();
   sub.Add("--root", &options->root,
           "Module that broadcasts the root pose (default: the robot frame's)");
+  AddSettings(&sub, &options->params, &options->set);
   sub.Add("--why", &options->why,
           "What the role, or every role, asks of the module, and what was measured there")
       .TypeName("MODULE [ROLE]")

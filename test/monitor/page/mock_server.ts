@@ -43,6 +43,8 @@ class MockRun {
   tick = -1;
   paused = false;
   program = 1n;
+  /** Commands that the next CLOCK names. */
+  readonly said: string[] = [];
   constructor(readonly source: MockSource) {}
 
   role(module: number): string {
@@ -183,6 +185,7 @@ export class MockServer {
     const words = String(request.command).split(' ');
     if (words[0] === 'pause' || words[0] === 'resume') run.paused = words[0] === 'pause';
     else if (words[0] === 'step') this.step(run, Number(words[1] ?? 1));
+    else if (words[0] === 'set') run.said.push(`${words.join(' ')} 0123456789abcdef --at 9`);
     else if (words[0] !== 'push' && words[0] !== 'speed') throw new Error(`There is no command "${words[0]}".`);
     this.tellPaused(run);
     return { tick: run.tick + 1, command: request.command };
@@ -221,7 +224,7 @@ export class MockServer {
       run,
       'clock',
       tick,
-      { timestamp: stamp(tick), tick: BigInt(tick), phase: tick === 0 ? 0 : 1, controls: [] },
+      { timestamp: stamp(tick), tick: BigInt(tick), phase: tick === 0 ? 0 : 1, controls: run.said.splice(0) },
       clients,
     );
     const transforms = run.names().flatMap((module, i) => this.transforms(run, module, i, time));
@@ -296,6 +299,10 @@ export class MockServer {
           commands: [{ name: 'lift', parameterTypes: ['float'] }],
           labels: ['foot'],
         })),
+        parameters: [
+          { name: 'swing', isInt: false, value: 30, least: 10, most: 60 },
+          { name: 'Head.steps', isInt: true, value: 2, least: 1, most: 9 },
+        ],
       },
       scene: {
         entities: run.names().flatMap((m) =>

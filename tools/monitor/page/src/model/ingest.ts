@@ -46,6 +46,7 @@ function takeDescription(run: Run, _: number, message: Decoded): void {
   d.tick = (message.tickUs || 20000) * 1e-6;
   d.modules = message.modules;
   d.roles = message.roles.filter((role: any) => !role.abstract);
+  d.parameters = message.parameters;
   run.structureVersion++;
 }
 
@@ -121,7 +122,10 @@ function takeClock(run: Run, time: number, message: Decoded): void {
   clock.time = time;
   clock.ended = message.phase === 2;
   clock.endReason = message.endReason;
-  for (const control of message.controls) run.addEvent(time, control);
+  for (const control of message.controls) {
+    run.addEvent(time, control);
+    run.takeSetting(control);
+  }
   if (clock.ended) run.addEvent(time, clock.endReason || 'end of the run');
 }
 

@@ -34,6 +34,18 @@ export interface RoleInfo {
   commands: { name: string; parameterTypes: string[] }[];
 }
 
+/** A number of the program whose value a run may choose. */
+export interface ParameterInfo {
+  /** "Leg.swing" for one that stands in a role. */
+  name: string;
+  isInt: boolean;
+  /** As far as the page has heard: the run's first value, or what it was set to since. */
+  value: number;
+  /** Both ends of its range are allowed. */
+  least: number;
+  most: number;
+}
+
 /** What a run is of; parts that the server does not know are empty. */
 export interface Description {
   robot: string;
@@ -44,6 +56,7 @@ export interface Description {
   tick: number;
   modules: ModuleInfo[];
   roles: RoleInfo[];
+  parameters: ParameterInfo[];
 }
 
 /** A label that a role has resolved on its module. */
@@ -188,6 +201,7 @@ export class Run {
     tick: 0.02,
     modules: [],
     roles: [],
+    parameters: [],
   };
   /** Poses of links in the world: north, up, east. */
   poses = new Table(2);
@@ -334,6 +348,17 @@ export class Run {
   }
 
   /** @param place where in the program it was said, and by whom. */
+  /** Takes note of "set swing 45 …", a command that CLOCK names. */
+  takeSetting(command: string): void {
+    const [kind, name, value] = command.split(' ');
+    if (kind !== 'set') return;
+    for (const parameter of this.description.parameters) {
+      // The role may be left out where one parameter only has the name.
+      if (parameter.name === name || parameter.name.endsWith(`.${name}`)) parameter.value = Number(value);
+    }
+    this.structureVersion++;
+  }
+
   addEvent(time: number, text: string, place?: SourcePlace): void {
     this.events.push({ time, text, place });
     this.reportVersion++;

@@ -47,6 +47,7 @@ export class ControlPanel implements Panel {
     'aria-label': 'Text of the program',
     placeholder: 'role … extends Module { … }',
   });
+  private readonly parameters = element('div', { class: 'parameters' });
   private readonly raw = element('input', {
     type: 'text',
     placeholder: 'e.g. disconnect m2.c3',
@@ -120,6 +121,7 @@ export class ControlPanel implements Panel {
       run?.moduleNames,
       run?.description.roles,
       run?.description.program,
+      run?.description.parameters,
     ]);
     if (key === this.shown || !run) return;
     this.shown = key;
@@ -144,10 +146,36 @@ export class ControlPanel implements Panel {
         ),
       ),
     );
+    this.fillParameters(run);
     if (!this.edited) {
       this.program.value = run.description.programText;
       this.deployName.value = run.description.program.split('/').pop() || 'program.dyn';
     }
+  }
+
+  /** A slider for each parameter; what is chosen is set in all modules at one tick. */
+  private fillParameters(run: Run): void {
+    // A slider that is being dragged is not taken away; the next change of what is known fills it in.
+    if (this.parameters.contains(document.activeElement) && document.activeElement?.matches(':active')) {
+      this.shown = '';
+      return;
+    }
+    const { parameters } = run.description;
+    this.parameters.closest('form')!.hidden = !parameters.length;
+    fill(
+      this.parameters,
+      ...parameters.map((p) => {
+        const range = { min: p.least, max: p.most, step: p.isInt ? 1 : 'any', value: p.value };
+        const number = numberInput(p.name, p.value, { ...range, required: true });
+        const slider = element('input', { type: 'range', ...range, 'aria-label': `${p.name}, slider` });
+        // Six digits are more than a hand can choose.
+        const rounded = (): string => String(p.isInt ? slider.value : Number(Number(slider.value).toPrecision(4)));
+        slider.addEventListener('input', () => (number.value = rounded()));
+        slider.addEventListener('change', () => this.give(`set ${p.name} ${rounded()}`));
+        number.addEventListener('change', () => number.value && this.give(`set ${p.name} ${number.value}`));
+        return element('label', { class: 'row' }, element('span', {}, p.name), slider, number);
+      }),
+    );
   }
 
   private makeForms(): void {
@@ -223,6 +251,7 @@ export class ControlPanel implements Panel {
         unit('to'),
         this.invokeTo,
       ),
+      form('Parameters', () => {}, this.parameters),
       order('Deploy', () => this.deploy(), 'Deploy', this.program, file, this.deployName, unit('to'), this.deployTo),
       order('Other command', () => this.raw.value.trim() && this.give(this.raw.value.trim()), 'Give', this.raw),
     );
