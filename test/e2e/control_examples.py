@@ -29,7 +29,7 @@ class Examples(Live):
     def commands_there_are(self, text):
         usages = re.search(r'\nCommands:\n((?:  .*\n)+)', text)[1].splitlines()
         commands = {(usage.split()[0], False) for usage in usages}
-        self.assertEqual(len(commands), 14)
+        self.assertEqual(len(commands), 15)
         return commands | {('restart', True)}
 
     def test_those_of_the_help(self):

@@ -44,7 +44,7 @@ class Deploying(Case):
     def program(self, stride):
         """The careful walk with another stride, in degrees."""
         path = self.folder / f'stride_{stride}.dyn'
-        path.write_text(CAREFUL.read_text().replace('-30', f'-{stride}').replace('30)', f'{stride})'))
+        path.write_text(CAREFUL.read_text().replace('= 30.0 in', f'= {stride}.0 in'))
         return path
 
     def run_script(self, lines, seconds, *options, name='deploy'):

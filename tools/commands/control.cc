@@ -42,6 +42,7 @@ constexpr const char* kControlExamples =
     "  morphbus control resume\n"
     "  morphbus control speed 2\n"
     "  morphbus control deploy models/programs/quadruped_careful.dyn --to m5 --at 60\n"
+    "  morphbus control set stride_deg 35 --at 90\n"
     "  morphbus control invoke FrontLeftUpperHalf.move_thigh --to m3\n"
     "  morphbus control inspect m5\n"
     "  morphbus control kill m2\n"
