@@ -69,11 +69,13 @@ struct PlacedLink {
   Vector3d p_WoLcm_W;
   Matrix3d I_Lcm_W;
   std::vector<std::vector<Vector3d>> cores_W;
+  std::optional<double> friction;
 
   bool operator<(const PlacedLink& other) const {
     if (p_WoLcm_W != other.p_WoLcm_W) return PointLess(p_WoLcm_W, other.p_WoLcm_W);
     if (mass_kg != other.mass_kg) return mass_kg < other.mass_kg;
-    return PartsLess(cores_W, other.cores_W);
+    if (cores_W != other.cores_W) return PartsLess(cores_W, other.cores_W);
+    return friction < other.friction;
   }
 };
 
@@ -84,6 +86,7 @@ PlacedLink PlaceLink(const LinkPhysics& link, LinkRef ref, const Pose& X_WL) {
   placed.ref = ref;
   placed.X_WL = X_WL;
   placed.mass_kg = RoundTo(link.mass_kg, 1e9);
+  placed.friction = link.friction;
   placed.p_WoLcm_W = RoundPoint(X_WL * link.p_LoLcm_L);
   // The inertia of the link turned into W: R I R^T. Only one triangle is rounded, so that the
   // result is symmetric to the last bit.
@@ -160,6 +163,7 @@ BodySpec MakeBody(std::vector<PlacedLink> links) {
     LinkSpec spec;
     spec.ref = link.ref;
     spec.mass_kg = link.mass_kg;
+    spec.friction = link.friction;
     spec.X_BL = X_BW * link.X_WL;
     spec.p_BoLcm_B = X_BW * link.p_WoLcm_W;
     for (const std::vector<Vector3d>& core_W : link.cores_W) {

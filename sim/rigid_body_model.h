@@ -11,6 +11,7 @@
 // and sorted by place; only then is anything computed from it.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,8 @@ struct LinkSpec {
   double mass_kg = 0.0;
   /// Corners of its convex parts for the engine (m), sorted as parts are; none without a hull.
   std::vector<std::vector<Eigen::Vector3d>> parts_B;
+  /// Its own Coulomb coefficient; absent: that of the world.
+  std::optional<double> friction = {};
   // For reading poses out; these never enter the engine.
   Pose X_BL = Pose::Identity();
   Eigen::Vector3d p_BoLcm_B = Eigen::Vector3d::Zero();  ///< The link's own centre of mass (m).

@@ -15,7 +15,7 @@ namespace morphbus::sim {
 
 /// What a world is made with; all of it enters the world's hash.
 struct WorldOptions {
-  /// Coulomb coefficient of every contact.
+  /// Coulomb coefficient of every contact in which neither a link nor an obstacle has its own.
   double friction = 0.8;
   /// Whether there is a level ground at y = 0.
   bool ground = true;

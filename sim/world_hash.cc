@@ -46,6 +46,11 @@ void AddBody(const BodySpec& body, Hasher* hasher) {
       hasher->Add(static_cast<int>(part.size()));
       for (const Eigen::Vector3d& corner : part) hasher->Add(corner);
     }
+    // What few links have is marked by a -1, which nothing that follows a link begins with.
+    if (link.friction) {
+      hasher->Add(-1);
+      hasher->Add(*link.friction);
+    }
   }
 }
 

@@ -64,6 +64,16 @@ void AppendGeometry(pugi::xml_node node, const world::Obstacle& obstacle, const 
   }
 }
 
+/// How a <collision> grips that has a friction of its own.
+void AppendFriction(pugi::xml_node collision, const std::optional<double>& friction) {
+  if (!friction) return;
+  const pugi::xml_node surface = xml::Append(collision, "surface");
+  const pugi::xml_node ode = xml::Append(xml::Append(surface, "friction"), "ode");
+  xml::AppendText(ode, "mu", Number(*friction));
+  // ODE has a coefficient for each of two directions; here both are one.
+  xml::AppendText(ode, "mu2", Number(*friction));
+}
+
 /// An obstacle as a static model of one link.
 void AppendObstacle(pugi::xml_node world, const world::Obstacle& obstacle,
                     const std::string& mesh) {
@@ -74,12 +84,7 @@ void AppendObstacle(pugi::xml_node world, const world::Obstacle& obstacle,
   AppendGeometry(xml::Append(link, "visual", {{"name", "visual"}}), obstacle, mesh);
   const pugi::xml_node collision = xml::Append(link, "collision", {{"name", "collision"}});
   AppendGeometry(collision, obstacle, mesh);
-  if (!obstacle.friction) return;
-  const pugi::xml_node surface = xml::Append(collision, "surface");
-  const pugi::xml_node ode = xml::Append(xml::Append(surface, "friction"), "ode");
-  xml::AppendText(ode, "mu", Number(*obstacle.friction));
-  // ODE has a coefficient for each of two directions; here both are one.
-  xml::AppendText(ode, "mu2", Number(*obstacle.friction));
+  AppendFriction(collision, obstacle.friction);
 }
 
 // Writes one <model>: all links, then the joints and connections that hold them. With obstacles it
@@ -176,6 +181,9 @@ class SdfWriter {
         const std::string name = meshes.size() == 1 ? use : PartName(use, i + 1);
         const pugi::xml_node part = xml::Append(node, use, {{"name", name}});
         xml::AppendText(xml::Append(xml::Append(part, "geometry"), "mesh"), "uri", meshes[i]);
+        if (use == std::string_view("collision")) {
+          AppendFriction(part, LinkOf(model_, link).friction);
+        }
       }
     }
   }

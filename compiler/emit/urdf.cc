@@ -146,6 +146,11 @@ class UrdfWriter {
         xml::Append(xml::Append(xml::Append(node, use), "geometry"), "mesh", {{"filename", mesh}});
       }
     }
+    if (const std::optional<double>& friction = LinkOf(model_, link).friction) {
+      // URDF knows no friction; this is Gazebo's addition to it, with one number a direction.
+      const pugi::xml_node gazebo = xml::Append(root_, "gazebo", {{"reference", link.name}});
+      for (const char* mu : {"mu1", "mu2"}) xml::AppendText(gazebo, mu, Number(*friction));
+    }
   }
 
   // X is the pose of the joint, and so of the child link at joint value 0, in the parent.

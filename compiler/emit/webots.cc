@@ -94,7 +94,7 @@ class WebotsWriter {
     // The coordinate system is M3L's, so that no pose needs to be turned.
     std::vector<std::string> info = {fmt::format("title \"{}\"", robot_.name), "gravity 9.81",
                                      "basicTimeStep 4", "coordinateSystem \"NUE\""};
-    std::ranges::move(WebotsContacts(obstacles_), std::back_inserter(info));
+    std::ranges::move(WebotsContacts(model_, robot_, obstacles_), std::back_inserter(info));
     vrml_.Block("WorldInfo", info);
     const model::Pose view = ViewOf(Corners());
     vrml_.Block("Viewpoint", {"orientation " + Rotation(view.linear()),
@@ -186,6 +186,9 @@ class WebotsWriter {
     }
     vrml_.Close("]");
     AppendBoundingObject(shapes);
+    if (const model::Link& of = type.links[link.link]; of.friction) {
+      vrml_.Line(fmt::format("contactMaterial \"{}\"", WebotsMaterialOf(type, of)));
+    }
     AppendPhysics(link);
   }
 

@@ -33,8 +33,9 @@ class JointChecker {
     joint.name = decl_.name.text;
     const bool typed = CheckType(joint);
     if (typed) CheckLimits(joint);
-    CheckLimit("torque", joint.effort);
-    CheckLimit("speed", joint.speed);
+    for (const char* drive : {"torque", "speed"}) {
+      CheckNumber(model::AttributeNamed<model::Joint>(drive), scope_, &attributes_, &joint);
+    }
     const bool paired = CheckPair(joint);
     if (paired && errors == scope_.diagnostics.error_count()) {
       scope_.module.type.joints.push_back(joint);
@@ -87,8 +88,8 @@ class JointChecker {
     // Both numbers are finite: EvaluateNumber refuses others.
     joint.lower = limits->lower * scale;
     joint.upper = limits->upper * scale;
-    if (joint.upper - joint.lower > kMaxCoordinate_m || std::abs(joint.lower) > kMaxCoordinate_m) {
-      scope_.diagnostics.Error(expr->span, "limits are at most 1e6 rad or metres");
+    if (const std::string why = model::WhyNoLimits(joint.lower, joint.upper); !why.empty()) {
+      scope_.diagnostics.Error(expr->span, why);
     } else if (joint.type == model::JointType::kRevolute) {
       WarnOfDegrees(*expr, *limits);
     }
@@ -105,21 +106,6 @@ class JointChecker {
                                         decl_.name.text, NumberText(std::floor(turns))))
         .hint = fmt::format("if these are degrees, write [{}*pi/180, {}*pi/180]",
                             NumberText(limits.lower), NumberText(limits.upper));
-  }
-
-  /// A motor's `torque` or `speed` into `into`.
-  /// Bounded either way, so that what is computed from it (a motor's damping) is finite in single
-  /// precision too.
-  void CheckLimit(const std::string& key, double& into) {
-    const Expr* expr = attributes_.Optional(key);
-    const std::optional<double> value =
-        expr ? EvaluateNumber(*expr, &scope_.diagnostics) : std::nullopt;
-    if (!value) return;
-    if (*value >= 1e-9 && *value <= 1e9) {
-      into = *value;
-    } else {
-      scope_.diagnostics.Error(expr->span, "'" + key + "' is from 1e-9 to 1e9");
-    }
   }
 
   /// One half of a pair: (link, axis). False if it is of no use, reported or not.

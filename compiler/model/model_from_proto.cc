@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "compiler/model/attributes.h"
 #include "compiler/model/model_proto.h"
 
 namespace morphbus::model {
@@ -82,6 +83,14 @@ class Reader {
   double Finite(double value, const char* what) {
     if (!std::isfinite(value)) Bad(fmt::format("{} is not finite", what));
     return value;
+  }
+
+  /// Sets an attribute that M3L bounds on both sides, and that the engine wants so.
+  template <class Part>
+  void Set(const char* name, double value, Part* part) {
+    const NumericAttribute<Part>& attribute = AttributeNamed<Part>(name);
+    if (!attribute.Allows(value)) Bad(fmt::format("{} {}", name, value));
+    attribute.set(part, value);
   }
 
   /// A vector of three finite numbers.
@@ -249,6 +258,7 @@ class Reader {
       ReadPartEnds(link, &read);
       read.mass_kg = Finite(link.mass_kg(), "mass");
       if (read.mass_kg < 0.0) Bad("negative mass");
+      if (link.has_friction()) Set("friction", link.friction(), &read);
       type.links.push_back(std::move(read));
     }
     CheckNames(type.links, "links");

@@ -367,6 +367,8 @@ std::optional<RunPlan> PlanCompiled(const RunOptions& options, model::Model mode
   if (robot == nullptr) return std::nullopt;
   // The description holds all of it: what the processes of the run and readers of the log need.
   RunPlan plan;
+  // What is set of the model comes before all that is made of it.
+  if (!SetAttributes(*settings, &model, &plan.description)) return std::nullopt;
   Describe(options, model, *robot, program.image, &plan.description);
   plan.description.set_program_hash(program.hash);
   plan.description.set_run(options.run);
