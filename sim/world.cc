@@ -101,8 +101,9 @@ JointState World::joint(int index) const { return engine_->joints[index].state; 
 
 double World::set_point(int joint) const { return engine_->joints[joint].servo.set_point(); }
 
-void World::set_set_point(int joint, double theta) {
-  engine_->joints[joint].servo.set_set_point(theta);
+void World::SetServo(int joint, double set_point, double motor) {
+  engine_->joints[joint].servo.set_set_point(set_point);
+  PlaceMotor(&engine_->joints[joint], motor);
 }
 
 std::string World::hash() const {

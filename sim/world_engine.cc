@@ -45,7 +45,8 @@ int LinkOfPart(const btCollisionObject& object, int part) {
 void FrictionWorld::SetFrictions(const std::vector<BodySpec>& bodies,
                                  const std::vector<world::Obstacle>& obstacles) {
   const bool any = std::ranges::any_of(bodies, [](const BodySpec& body) {
-    return std::ranges::any_of(body.links, [](const LinkSpec& link) { return link.friction; });
+    return std::ranges::any_of(body.links,
+                               [](const LinkSpec& link) { return link.friction.has_value(); });
   });
   bodies_ = any ? &bodies : nullptr;
   obstacles_ = &obstacles;

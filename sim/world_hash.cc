@@ -62,6 +62,12 @@ void AddJoint(const JointSpec& joint, Hasher* hasher) {
   hasher->Add(joint.p_WJ);
   hasher->Add(joint.axis_W);
   for (const double x : {joint.lower, joint.upper, joint.speed, joint.effort}) hasher->Add(x);
+  // As of links.
+  if (joint.backlash > 0.0 || joint.delay_s > 0.0) {
+    hasher->Add(-1);
+    hasher->Add(joint.backlash);
+    hasher->Add(joint.delay_s);
+  }
 }
 
 }  // namespace

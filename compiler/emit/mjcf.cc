@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/emit/left_out.h"
 #include "compiler/emit/link_solids.h"
 #include "compiler/emit/meshes.h"
 #include "compiler/emit/names.h"
@@ -258,6 +259,7 @@ class MjcfWriter {
     RenameReservedLinks(
         "MJCF", [](const std::string& name) { return name == "world"; }, &tree_,
         &exported_.warnings);
+    WarnOfLeftOut("MJCF", model_, tree_, &exported_.warnings);
     base_ = FreeName(tree_, "robot_frame");
   }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "compiler/emit/left_out.h"
 #include "compiler/emit/link_solids.h"
 #include "compiler/emit/meshes.h"
 #include "compiler/emit/names.h"
@@ -97,6 +98,7 @@ class SdfWriter {
     // SDFormat refuses a file whose links, joints or model have names that it keeps for itself.
     RenameReservedLinks("SDF", IsReserved, &tree_, &exported_.warnings);
     RenameReservedJoints("SDF", IsReserved, &tree_, &exported_.warnings);
+    WarnOfLeftOut("SDF", model_, tree_, &exported_.warnings);
     if (!IsReserved(tree_.name)) return;
     tree_.name = "m3l" + tree_.name;
     exported_.warnings.push_back(fmt::format(

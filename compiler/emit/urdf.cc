@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/emit/left_out.h"
 #include "compiler/emit/link_solids.h"
 #include "compiler/emit/meshes.h"
 #include "compiler/emit/names.h"
@@ -35,6 +36,7 @@ class UrdfWriter {
     RenameReservedLinks(
         "URDF", [](const std::string& name) { return name == "world"; }, &tree_,
         &exported_.warnings);
+    WarnOfLeftOut("URDF", model_, tree_, &exported_.warnings);
     base_ = FreeName(tree_, "robot_frame");
   }
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/emit/left_out.h"
 #include "compiler/emit/link_solids.h"
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
@@ -84,6 +85,7 @@ class WebotsWriter {
         exported.companions.push_back(std::move(file));
       }
     }
+    WarnOfLeftOut("Webots", model_, types, &exported.warnings);
     std::ranges::move(LooseDocking(model_, faces_, types), std::back_inserter(exported.warnings));
     return exported;
   }

@@ -23,7 +23,8 @@ class JointChecker {
       : scope_(scope),
         decl_(decl),
         attributes_(decl, "joint '" + decl.name.text + "'",
-                    {"type", "value", "pair", "torque", "speed"}, &scope.diagnostics) {}
+                    {"type", "value", "pair", "torque", "speed", "backlash", "delay"},
+                    &scope.diagnostics) {}
 
   void Check() {
     // Each attribute is checked whatever the others are like, so that all errors are found; only a
@@ -36,6 +37,7 @@ class JointChecker {
     for (const char* drive : {"torque", "speed"}) {
       CheckNumber(model::AttributeNamed<model::Joint>(drive), scope_, &attributes_, &joint);
     }
+    CheckServo(joint, typed);
     const bool paired = CheckPair(joint);
     if (paired && errors == scope_.diagnostics.error_count()) {
       scope_.module.type.joints.push_back(joint);
@@ -106,6 +108,18 @@ class JointChecker {
                                         decl_.name.text, NumberText(std::floor(turns))))
         .hint = fmt::format("if these are degrees, write [{}*pi/180, {}*pi/180]",
                             NumberText(limits.lower), NumberText(limits.upper));
+  }
+
+  /// What its motor has of play and delay; a fixed joint has no motor.
+  void CheckServo(model::Joint& joint, bool typed) {
+    for (const char* name : {"backlash", "delay"}) {
+      const Attribute* given = decl_.Find(name);
+      if (given != nullptr && typed && joint.type == model::JointType::kFixed) {
+        scope_.diagnostics.Error(given->key.span, fmt::format("a fixed joint has no {}", name));
+      } else {
+        CheckNumber(model::AttributeNamed<model::Joint>(name), scope_, &attributes_, &joint);
+      }
+    }
   }
 
   /// One half of a pair: (link, axis). False if it is of no use, reported or not.

@@ -28,8 +28,8 @@ class LinkChecker {
         index_(index),
         decl_(scope.module.decl->links[index]),
         own_(scope.module.link_points[index]),
-        attributes_(decl_, "link '" + decl_.name.text + "'", {"grouping", "hull", "mass", "friction"},
-                    &scope.diagnostics) {}
+        attributes_(decl_, "link '" + decl_.name.text + "'",
+                    {"grouping", "hull", "mass", "friction", "mass_spread"}, &scope.diagnostics) {}
 
   /// Everything but the numbers.
   model::Link Check() {

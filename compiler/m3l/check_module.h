@@ -45,8 +45,8 @@ std::optional<std::vector<Eigen::Vector3d>> CheckShape(const Expr& call, ModuleS
 /// Whether a call of this name is such a part.
 bool IsShape(const std::string& function);
 
-/// Reads a numeric attribute of a part, if it stands there, in the unit that its module and its kind
-/// of part give it; reports what is out of the attribute's range.
+/// Reads a numeric attribute of a part, if it stands there, in the unit that its module and its
+/// kind of part give it; reports what is out of the attribute's range.
 template <class Part>
 void CheckNumber(const model::NumericAttribute<Part>& attribute, ModuleScope& scope,
                  AttributeReader* attributes, Part* part) {

@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "compiler/base/check.h"
+#include "compiler/base/nearest_name.h"
 #include "compiler/base/quantity.h"
-#include "compiler/source/diagnostics.h"
 
 namespace morphbus::model {
 namespace {
@@ -22,6 +22,10 @@ constexpr double kMostDrive = 1e9;
 constexpr double kMostMass_kg = 1e9;
 constexpr double kMostSight = 1000.0;  // m, and for the noise of a tilt rad.
 constexpr double kMostFriction = 10.0;
+/// So that a link weighs something three standard deviations below the mean.
+constexpr double kMostSpread = 0.3;
+constexpr double kMostPlay = 1.0;  // rad or m
+constexpr double kMostDelay_s = 1.0;
 
 bool Always(const Link& /*link*/) { return true; }
 bool HasMotor(const Joint& joint) { return joint.type != JointType::kFixed; }
@@ -58,6 +62,7 @@ constexpr NumericAttribute<Part> Above(NumericAttribute<Part> row) {
 constexpr std::array kLinkAttributes = {
     Above(Row<Link, &Link::mass_kg>("mass", Measure::kMass, 0.0, kMostMass_kg, Always)),
     Row<Link, &Link::friction>("friction", Measure::kRatio, 0.0, kMostFriction, Always),
+    Row<Link, &Link::mass_spread>("mass_spread", Measure::kFraction, 0.0, kMostSpread, Always),
 };
 
 constexpr std::array kJointAttributes = {
@@ -65,6 +70,8 @@ constexpr std::array kJointAttributes = {
     Row<Joint, &Joint::upper>("upper", Measure::kTravel, -kMostTravel, kMostTravel, HasLimits),
     Row<Joint, &Joint::effort>("torque", Measure::kEffort, kLeastDrive, kMostDrive, HasMotor),
     Row<Joint, &Joint::speed>("speed", Measure::kSpeed, kLeastDrive, kMostDrive, HasMotor),
+    Row<Joint, &Joint::backlash>("backlash", Measure::kTravel, 0.0, kMostPlay, HasMotor),
+    Row<Joint, &Joint::delay_s>("delay", Measure::kTime, 0.0, kMostDelay_s, HasMotor),
 };
 
 constexpr std::array kSensorAttributes = {
@@ -129,7 +136,7 @@ std::optional<double> ReadValue(std::string_view text, Measure measure, const Un
 
 /// " (did you mean 'x'?)", or nothing if no name is near.
 std::string Nearest(std::string_view name, const std::vector<std::string>& names) {
-  const std::string nearest = source::NearestName(std::string(name), names);
+  const std::string nearest = NearestName(std::string(name), names);
   return nearest.empty() ? "" : fmt::format(" (did you mean '{}'?)", nearest);
 }
 
@@ -174,8 +181,7 @@ std::string SetPart(const NumericAttribute<Part>& attribute, double unit_m, std:
   const Unit unit = UnitOf(attribute.measure, *part, unit_m);
   const std::optional<double> number = ReadValue(value, attribute.measure, unit);
   if (!number || !attribute.Allows(*number)) {
-    return fmt::format("{}: expected {}{}, not '{}'", attribute.name,
-                       Expected(attribute, unit),
+    return fmt::format("{}: expected {}{}, not '{}'", attribute.name, Expected(attribute, unit),
                        unit.angle ? ", or degrees with 'deg' behind them" : "", value);
   }
   attribute.set(part, *number);
@@ -237,9 +243,10 @@ Result<void> SetInType(const AttributeName& name, std::string_view value, Module
       }
       known.emplace_back(attribute->name);
     }
-    error = fmt::format("{} '{}' of {} has no attribute '{}' that can be set{}{}", kind, part.name,
-                        type->name, name.attribute, Nearest(name.attribute, known),
-                        known.empty() ? "" : "; it has " + fmt::format("{}", fmt::join(known, ", ")));
+    error =
+        fmt::format("{} '{}' of {} has no attribute '{}' that can be set{}{}", kind, part.name,
+                    type->name, name.attribute, Nearest(name.attribute, known),
+                    known.empty() ? "" : "; it has " + fmt::format("{}", fmt::join(known, ", ")));
   });
   if (!found) {
     error = fmt::format("{} has no link, joint or sensor '{}'{}; it has {}", type->name, name.part,

@@ -204,6 +204,8 @@ class Reader {
     joint.effort = Finite(message.effort(), "torque");
     joint.speed = Finite(message.speed(), "speed");
     if (joint.effort < 0.0 || joint.speed < 0.0) Bad("negative torque or speed");
+    Set("backlash", message.backlash(), &joint);
+    Set("delay", message.delay_s(), &joint);
     return joint;
   }
 
@@ -259,6 +261,7 @@ class Reader {
       read.mass_kg = Finite(link.mass_kg(), "mass");
       if (read.mass_kg < 0.0) Bad("negative mass");
       if (link.has_friction()) Set("friction", link.friction(), &read);
+      Set("mass_spread", link.mass_spread(), &read);
       type.links.push_back(std::move(read));
     }
     CheckNames(type.links, "links");

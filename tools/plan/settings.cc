@@ -61,12 +61,11 @@ bool SetAttributes(const std::vector<Setting>& settings, model::Model* model,
                    proto::RunDescription* description) {
   for (const Setting& setting : settings) {
     if (!setting.OfModel()) continue;
-    const std::string text = setting.name + "=" + setting.value;
     if (Result<void> set = model::SetAttribute(model, setting.name, setting.value); !set) {
-      Unusable(fmt::format("--set {}: {}", text, set.error().message));
+      Unusable("--set: " + set.error().message);
       return false;
     }
-    description->add_attributes(text);
+    description->add_attributes(setting.name + "=" + setting.value);
   }
   return true;
 }

@@ -46,18 +46,22 @@ std::string ErrorOf(const std::string& name, const std::string& value) {
 
 TEST(Attributes, SettingsAreInTheUnitsOfM3l) {
   Model model = MakeCar();
-  for (const auto& [name, value] : std::vector<std::pair<std::string, std::string>>{
-           {"turn.torque", "2.5"},
-           {"turn.speed", "180deg"},
-           {"turn.lower", "-90deg"},
-           {"turn.upper", "0.75rad"},
-           {"lift.upper", "3"},
-           {"lift.torque", "40"},
-           {"frame.mass", "3.5"},
-           {"frame.friction", "1.2"},
-           {"eye.range", "20"},
-           {"eye.noise", "0.5"},
-           {"level.noise", "1deg"}}) {
+  for (const auto& [name, value] :
+       std::vector<std::pair<std::string, std::string>>{{"turn.torque", "2.5"},
+                                                        {"turn.speed", "180deg"},
+                                                        {"turn.lower", "-90deg"},
+                                                        {"turn.upper", "0.75rad"},
+                                                        {"lift.upper", "3"},
+                                                        {"lift.torque", "40"},
+                                                        {"turn.backlash", "2deg"},
+                                                        {"turn.delay", "20ms"},
+                                                        {"lift.backlash", "0.05"},
+                                                        {"arm.mass_spread", "5%"},
+                                                        {"frame.mass", "3.5"},
+                                                        {"frame.friction", "1.2"},
+                                                        {"eye.range", "20"},
+                                                        {"eye.noise", "0.5"},
+                                                        {"level.noise", "1deg"}}) {
     const Result<void> set = SetAttribute(&model, "CAR." + name, value);
     ASSERT_TRUE(set) << set.error().message;
   }
@@ -68,6 +72,10 @@ TEST(Attributes, SettingsAreInTheUnitsOfM3l) {
   EXPECT_EQ(type.joints[0].upper, 0.75);
   EXPECT_DOUBLE_EQ(type.joints[1].upper, 0.3);
   EXPECT_EQ(type.joints[1].effort, 40.0);
+  EXPECT_DOUBLE_EQ(type.joints[0].backlash, std::numbers::pi / 90);
+  EXPECT_EQ(type.joints[0].delay_s, 0.02);
+  EXPECT_DOUBLE_EQ(type.joints[1].backlash, 0.005);
+  EXPECT_EQ(type.links[1].mass_spread, 0.05);
   EXPECT_EQ(type.links[0].mass_kg, 3.5);
   EXPECT_EQ(type.links[0].friction, 1.2);
   EXPECT_DOUBLE_EQ(type.sensors[0].range_m, 2.0);
@@ -124,14 +132,13 @@ TEST(Attributes, ErrorsNameWhatThereIsAndWhatWasMeant) {
             "fork, plate, turn, lift, weld, eye, level");
   EXPECT_EQ(ErrorOf("CAR.arm.mas", "1"),
             "link 'arm' of CAR has no attribute 'mas' that can be set (did you mean 'mass'?); it "
-            "has mass, friction");
+            "has mass, friction, mass_spread");
   EXPECT_EQ(ErrorOf("CAR.weld.torque", "1"),
             "joint 'weld' of CAR has no attribute 'torque' that can be set");
 }
 
 TEST(Attributes, ValuesOutOfRangeAreRefusedWithTheRange) {
-  EXPECT_EQ(ErrorOf("CAR.turn.torque", "0"),
-            "CAR.turn.torque: expected 1e-9 to 1e9 N·m, not '0'");
+  EXPECT_EQ(ErrorOf("CAR.turn.torque", "0"), "CAR.turn.torque: expected 1e-9 to 1e9 N·m, not '0'");
   EXPECT_EQ(ErrorOf("CAR.turn.torque", "strong"),
             "CAR.turn.torque: expected 1e-9 to 1e9 N·m, not 'strong'");
   EXPECT_EQ(ErrorOf("CAR.turn.speed", "-1"),
@@ -164,6 +171,23 @@ TEST(Attributes, WhatIsSetStandsInTheModelsHash) {
   ASSERT_TRUE(again) << again.error().message;
   EXPECT_EQ(again->module_types[0].links[0].friction, 0.9);
   EXPECT_FALSE(again->module_types[0].links[2].friction.has_value());
+}
+
+TEST(Attributes, AModelThatWasReadKeepsToTheRanges) {
+  for (const auto& [name, most] : std::vector<std::pair<std::string, double>>{
+           {"mass_spread", 0.3}, {"friction", 10.0}, {"backlash", 1.0}, {"delay", 1.0}}) {
+    for (const double value : {-1e-3, most, most * 1.01}) {
+      Model model = MakeCar();
+      Link& link = model.module_types[0].links[0];
+      Joint& joint = model.module_types[0].joints[0];
+      if (name == "mass_spread") link.mass_spread = value;
+      if (name == "friction") link.friction = value;
+      if (name == "backlash") joint.backlash = value;
+      if (name == "delay") joint.delay_s = value;
+      const Result<Model> read = ParseModel(SerializeModel(model));
+      EXPECT_EQ(read.has_value(), value == most) << name << " " << value;
+    }
+  }
 }
 
 }  // namespace
