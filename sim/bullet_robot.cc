@@ -95,11 +95,14 @@ BulletRobot::BulletRobot(std::shared_ptr<const model::Model> model, const model:
     : model_(std::move(model)),
       connections_(model_, robot),
       physics_(ComputeLinkPhysics(*model_, robot)),
+      mass_factors_(model::DrawMassFactors(*model_, robot, options.noise_seed)),
       options_(options) {
   // The world at the start: the robot put on the ground, all joints at their start values.
   options_.world.physics_step_s = options_.physics_step_us * 1e-6;
-  const RigidBodyModel rigid_bodies = BuildRigidBodyModel(
-      *model_, robot, physics_, PlaceOnGround(*model_, robot), model::StartValues(robot));
+  const RigidBodyModel rigid_bodies =
+      BuildRigidBodyModel(*model_, robot, physics_, PlaceOnGround(*model_, robot),
+                          model::StartValues(robot), mass_factors_);
+  delayed_ = DelayedCommands(rigid_bodies.joints, options_.world.physics_step_s);
   world_ = std::make_unique<World>(rigid_bodies, options_.world);
   world_hash_ = world_->hash();
   FindFirstLinks();
@@ -143,12 +146,13 @@ void BulletRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
       // Fixed joints have no canonical joint and read 0.
       const JointState state = joint < 0 ? JointState{} : world_->joint(joint);
       const JointSpec spec = joint < 0 ? JointSpec{} : rigid_bodies.joints[joint];
-      sensors.joint_position_si.push_back(ModuleValue(spec, state.theta));
-      sensors.joint_velocity_si.push_back(static_cast<float>(spec.sign * state.rate));
+      // What a servo measures is its motor's side of the joint.
+      sensors.joint_position_si.push_back(ModuleValue(spec, state.motor));
+      sensors.joint_velocity_si.push_back(static_cast<float>(spec.sign * state.motor_rate));
     }
     sensors.joint_effort_si = effort_[m];
     if (has_sensors) {
-      SenseModule(*world_, *model_, robot(), X_WL, static_cast<int>(m), options_.sensor_seed, tick_,
+      SenseModule(*world_, *model_, robot(), X_WL, static_cast<int>(m), options_.noise_seed, tick_,
                   &sensors);
     }
   }
@@ -202,6 +206,9 @@ void BulletRobot::StepPhysics() {
   // Efforts and forces are summed over the steps and divided by their number below: means over the
   // tick, whatever the step is.
   for (int i = 0; i < steps; ++i) {
+    delayed_.Deliver(tick_ * steps + i, [this](int module, int joint, const auto& command) {
+      CommandJoint(module, joint, command);
+    });
     world_->Step();
     for (size_t j = 0; j < effort.size(); ++j) {
       effort[j] += world_->joint(static_cast<int>(j)).motor_effort;
@@ -260,6 +267,7 @@ void BulletRobot::ApplyJointCommands() {
       world_->Command(joint, {.mode = holds ? ServoMode::kHold : ServoMode::kLimp});
     }
   }
+  const int64_t step = tick_ * (options_.tick_us / options_.physics_step_us);
   // The commands of a lost module count no more, even if its last one is still there.
   for (const morphbus::actuator_t& actuator : pending_) {
     if (lost_.contains(actuator.module_id)) continue;
@@ -267,10 +275,18 @@ void BulletRobot::ApplyJointCommands() {
     const size_t count = std::min(joints.size(), actuator.joints.size());
     for (size_t j = 0; j < count; ++j) {
       if (joints[j] < 0) continue;
-      const JointSpec& spec = rigid_bodies.joints[joints[j]];
-      world_->Command(joints[j], ToServo(actuator.joints[j], spec.start, spec.sign));
+      const int joint = static_cast<int>(j);
+      if (delayed_.Put(actuator.module_id, joint, actuator.joints[j], step)) continue;
+      CommandJoint(actuator.module_id, joint, actuator.joints[j]);
     }
   }
+}
+
+void BulletRobot::CommandJoint(int module, int joint, const morphbus::joint_command_t& command) {
+  const RigidBodyModel& rigid_bodies = world_->rigid_bodies();
+  const int index = rigid_bodies.joint_of[module][joint];
+  const JointSpec& spec = rigid_bodies.joints[index];
+  world_->Command(index, ToServo(command, spec.start, spec.sign));
 }
 
 Result<void> BulletRobot::Disconnect(const std::string& module, const std::string& connector) {
@@ -322,7 +338,7 @@ void BulletRobot::ApplyPushes() {
 void BulletRobot::Rebuild() {
   const RigidBodyModel& old = world_->rigid_bodies();
   const RigidBodyModel rigid_bodies =
-      BuildRigidBodyModel(*model_, robot(), physics_, LinkPoses(), Positions());
+      BuildRigidBodyModel(*model_, robot(), physics_, LinkPoses(), Positions(), mass_factors_);
   auto next = std::make_unique<World>(rigid_bodies, options_.world);
   // Velocities of the bodies come from those of their links.
   for (size_t b = 0; b < rigid_bodies.bodies.size(); ++b) {
@@ -333,10 +349,16 @@ void BulletRobot::Rebuild() {
     const JointSpec& spec = rigid_bodies.joints[j];
     // Each joint is in the old world too: the joints are those of the modules, whatever is docked.
     const int old_joint = old.joint_of[spec.module][spec.joint];
-    const double q = ModuleValue(old.joints[old_joint], world_->set_point(old_joint));
-    next->set_set_point(static_cast<int>(j), Theta(spec, q));
+    const auto carried = [&](double theta) {
+      return Theta(spec, ModuleValue(old.joints[old_joint], theta));
+    };
+    next->SetServo(static_cast<int>(j), carried(world_->set_point(old_joint)),
+                   carried(world_->joint(old_joint).motor));
   }
   world_ = std::move(next);
+  // The next command of a servo that takes it late may be far.
+  delayed_.Repeat(
+      [this](int module, int joint, const auto& command) { CommandJoint(module, joint, command); });
   ++rebuilds_;
   FindFirstLinks();
 }

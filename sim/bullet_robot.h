@@ -16,6 +16,7 @@
 #include "compiler/model/robot_model.h"
 #include "sim/connections.h"
 #include "sim/controlled_robot.h"
+#include "sim/delayed_commands.h"
 #include "sim/start_check.h"
 #include "sim/world.h"
 
@@ -30,8 +31,8 @@ struct BulletRobotOptions {
   int tick_us = 20000;
   /// Sim time of one step of the engine, microseconds.
   int physics_step_us = 1000;
-  /// Of the noise of sensors.
-  uint64_t sensor_seed = 1;
+  /// Of the noise of sensors, and of what links weigh that weigh more or less by chance.
+  uint64_t noise_seed = 1;
 };
 
 /// The robot that the simulator's process drives. Values on this interface are the modules' own
@@ -73,7 +74,10 @@ class BulletRobot : public ControlledRobot {
   [[nodiscard]] Pose LinkPose(int module, int link) const override {
     return LinkPoses()[module][link];
   }
-  void Lose(int module) override { lost_.insert(module); }
+  void Lose(int module) override {
+    lost_.insert(module);
+    delayed_.Forget(module);
+  }
   /// A joint that stands far beyond its limits, or a body that is nowhere (sim/breakdown.h).
   [[nodiscard]] std::string Breakdown() const override { return breakdown_; }
 
@@ -87,7 +91,7 @@ class BulletRobot : public ControlledRobot {
   /// True poses of all links now.
   [[nodiscard]] LinkPoseTable LinkPoses() const;
 
-  /// True joint values now, [module][joint].
+  /// True joint values now, [module][joint]: those of the links, where joints have play.
   [[nodiscard]] model::JointValues Positions() const;
 
   /// How often the world was made anew because connections had changed: at most once a tick by
@@ -115,6 +119,8 @@ class BulletRobot : public ControlledRobot {
   // The two halves of applying what Actuate has gathered, and what Push has.
   void ApplyConnectorCommands();
   void ApplyJointCommands();
+  /// Hands a command to a joint's servo; the module must have that joint, and it must move.
+  void CommandJoint(int module, int joint, const morphbus::joint_command_t& command);
   void ApplyPushes();
   /// Runs the physics for one tick, and measures what was exerted in it: means over its steps.
   void StepPhysics();
@@ -127,6 +133,8 @@ class BulletRobot : public ControlledRobot {
   Connections connections_;
   /// Of the links of its module types, which stay what they are when the structure changes.
   LinkPhysicsTable physics_;
+  /// What each link weighs of that.
+  model::MassFactors mass_factors_;
   BulletRobotOptions options_;
   /// The engine with the robot in it; made anew when the structure changes.
   std::unique_ptr<World> world_;
@@ -137,6 +145,8 @@ class BulletRobot : public ControlledRobot {
   std::vector<LinkRef> first_links_;
   /// What Actuate has gathered since the last Advance.
   std::vector<morphbus::actuator_t> pending_;
+  /// What has not come to its servo yet.
+  DelayedCommands delayed_;
   std::vector<LastingPush> pushes_;
   /// What the motors exerted in the last tick, [module][joint], in the module's own signs (N m, N);
   /// and what the world did. Both are kept by module, since a change of the structure makes new

@@ -91,8 +91,14 @@ void MeasureSlider(EngineJoint* joint) {
 
 // A hinge with its mechanical stops a little beyond the joint's limits.
 std::unique_ptr<btHingeConstraint> MakeHinge(const JointSpec& spec, const EngineJoint& joint) {
-  auto hinge = std::make_unique<btHingeConstraint>(*joint.body_2, *joint.body_1, joint.X_B2J,
-                                                   joint.X_B1J, false);
+  std::unique_ptr<btHingeConstraint> hinge;
+  if (joint.motor.has_play()) {
+    hinge = std::make_unique<OneWayHinge>(*joint.body_2, *joint.body_1, joint.X_B2J, joint.X_B1J,
+                                          false);
+  } else {
+    hinge = std::make_unique<btHingeConstraint>(*joint.body_2, *joint.body_1, joint.X_B2J,
+                                                joint.X_B1J, false);
+  }
   const double low = spec.lower - kStopSlack;
   const double high = spec.upper + kStopSlack;
   // The engine knows angles within half a turn only; wider joints have no mechanical stop.
@@ -104,8 +110,14 @@ std::unique_ptr<btHingeConstraint> MakeHinge(const JointSpec& spec, const Engine
 
 // A slider that cannot turn, with stops likewise.
 std::unique_ptr<btSliderConstraint> MakeSlider(const JointSpec& spec, const EngineJoint& joint) {
-  auto slider = std::make_unique<btSliderConstraint>(*joint.body_1, *joint.body_2, joint.X_B1J,
-                                                     joint.X_B2J, true);
+  std::unique_ptr<btSliderConstraint> slider;
+  if (joint.motor.has_play()) {
+    slider = std::make_unique<OneWaySlider>(*joint.body_1, *joint.body_2, joint.X_B1J, joint.X_B2J,
+                                            true);
+  } else {
+    slider = std::make_unique<btSliderConstraint>(*joint.body_1, *joint.body_2, joint.X_B1J,
+                                                  joint.X_B2J, true);
+  }
   slider->setLowerAngLimit(0.0);
   slider->setUpperAngLimit(0.0);
   const bool has_stop = std::isfinite(spec.lower) && std::isfinite(spec.upper);
@@ -114,12 +126,20 @@ std::unique_ptr<btSliderConstraint> MakeSlider(const JointSpec& spec, const Engi
   return slider;
 }
 
+// Tells a motor with play which way it pushes in the coming step.
+void SetPush(EngineJoint* joint, double sign) {
+  if (joint->hinge) static_cast<OneWayHinge&>(*joint->hinge).set_push(sign);
+  if (joint->slider) static_cast<OneWaySlider&>(*joint->slider).set_push(sign);
+}
+
 }  // namespace
 
 EngineJoint MakeJoint(const JointSpec& spec, btRigidBody* body_1, btRigidBody* body_2,
                       double gain_per_s) {
   EngineJoint joint;
   joint.servo = Servo({spec.lower, spec.upper, spec.speed}, gain_per_s);
+  // A joint inside one body has nothing to play with.
+  joint.motor = MotorSide(body_1 == nullptr ? 0.0 : spec.backlash, spec.speed);
   if (body_1 == nullptr) return joint;
   joint.body_1 = body_1;
   joint.body_2 = body_2;
@@ -147,7 +167,15 @@ btTypedConstraint* ConstraintOf(const EngineJoint& joint) {
 
 void DriveMotor(EngineJoint* joint, double effort, double dt_s) {
   if (joint->servo.limp()) effort = 0.0;
-  const double velocity = joint->servo.Step(joint->state.theta, joint->state.rate, dt_s);
+  JointState& state = joint->state;
+  joint->step_s = dt_s;
+  joint->asked = joint->servo.Step(state.motor, state.motor_rate, dt_s);
+  double velocity = joint->asked;
+  if (joint->motor.has_play()) {
+    const MotorSide::Push push = joint->motor.PushOf(state.theta, state.rate, velocity, dt_s);
+    velocity = push.velocity;
+    SetPush(joint, push.sign);
+  }
   if (joint->feedback) NoteMotorLine(joint);
   // A hinge's motor is limited by impulse, a slider's by force.
   if (joint->hinge) joint->hinge->enableAngularMotor(true, velocity, effort * dt_s);
@@ -161,7 +189,22 @@ void DriveMotor(EngineJoint* joint, double effort, double dt_s) {
 void Measure(EngineJoint* joint) {
   if (joint->hinge) MeasureHinge(joint);
   if (joint->slider) MeasureSlider(joint);
+  JointState& state = joint->state;
+  if (joint->motor.has_play()) {
+    joint->motor.Follow(state.theta, joint->asked, joint->step_s);
+    state.motor = joint->motor.position();
+    state.motor_rate = joint->motor.rate();
+  } else {
+    state.motor = state.theta;
+    state.motor_rate = state.rate;
+  }
   if (joint->feedback) joint->state.motor_effort = MotorEffort(*joint);
+}
+
+void PlaceMotor(EngineJoint* joint, double position) {
+  if (!joint->motor.has_play()) return;
+  joint->motor.set_position(position);
+  joint->state.motor = position;
 }
 
 }  // namespace morphbus::sim

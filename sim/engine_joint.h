@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "sim/backlash.h"
 #include "sim/rigid_body_model.h"
 #include "sim/servo.h"
 #include "sim/world.h"
@@ -30,6 +31,11 @@ struct EngineJoint {
   btVector3 motor_axis_W{0, 0, 0};
   btVector3 motor_arm_W{0, 0, 0};
   Servo servo{{}, 0.0};
+  /// Where the motor is that the servo drives; without play it is where the link is.
+  MotorSide motor{0.0, 0.0};
+  /// The velocity that the servo asked for in the coming step (rad/s or m/s), and its length (s).
+  double asked = 0.0;
+  double step_s = 0.0;
   JointState state;
 };
 
@@ -47,5 +53,8 @@ void DriveMotor(EngineJoint* joint, double effort, double dt_s);
 
 /// Measures the joint after a step. One inside one body keeps reading 0.
 void Measure(EngineJoint* joint);
+
+/// Puts the motor's side of a joint with play there, before the first step (rad or m).
+void PlaceMotor(EngineJoint* joint, double position);
 
 }  // namespace morphbus::sim

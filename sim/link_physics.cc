@@ -42,6 +42,7 @@ LinkPhysics ComputeLinkPhysics(const model::ModuleType& type, int link) {
   physics.mass_kg = mass.mass_kg;
   physics.p_LoLcm_L = mass.p_LoLcm_L;
   physics.I_Lcm_L = mass.I_Lcm_L;
+  physics.friction = type.links[link].friction;
   // The engine adds its own margin round the hull, so the hull is smaller by that too.
   for (const std::vector<Vector3d>& solid : model::SolidParts(type, link)) {
     physics.cores_L.push_back(ShrinkHull(solid, kHullShrink + kCollisionMargin));

@@ -2,6 +2,7 @@
 // Mass, inertia and collision hull of one link of a module type, in the link's frame.
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "compiler/model/robot_model.h"
@@ -21,6 +22,7 @@ struct LinkPhysics {
   Eigen::Matrix3d I_Lcm_L;    ///< Inertia about the centre of mass (kg m^2).
   /// The corners of each convex part, shrunk for collisions; empty without hull.
   std::vector<std::vector<Eigen::Vector3d>> cores_L;
+  std::optional<double> friction;  ///< Its own Coulomb coefficient; absent: that of the world.
 };
 
 /// The inertia of a part thinner than 1 mm is that of its bounding box, at least 1 mm thick; for

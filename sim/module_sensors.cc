@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "compiler/base/split_mix.h"
+#include "compiler/elementary/gaussian.h"
 
 namespace morphbus::sim {
 namespace {
@@ -20,13 +21,9 @@ class Noise {
             SplitMix64::Mix(SplitMix64::Mix(SplitMix64::Mix(seed) ^ static_cast<uint64_t>(tick)) ^
                             (static_cast<uint64_t>(module) << 8 | sensor))) {}
 
-  /// One draw of a normal distribution with mean 0 (Box and Muller's method).
+  /// One draw of a normal distribution with mean 0.
   double Gaussian(double deviation) {
-    constexpr double kUnit = 1.0 / 9007199254740992.0;  // 2^-53
-    // Half a unit keeps the first number from 0, whose logarithm is infinite.
-    const double u = (static_cast<double>(random_.Next() >> 11) + 0.5) * kUnit;
-    const double turn = static_cast<double>(random_.Next() >> 11) * kUnit * 2 * std::numbers::pi;
-    return deviation * std::sqrt(-2 * std::log(u)) * std::cos(turn);
+    return elementary::Gaussian(deviation, [this] { return random_.Next(); });
   }
 
  private:

@@ -69,25 +69,28 @@ struct PlacedLink {
   Vector3d p_WoLcm_W;
   Matrix3d I_Lcm_W;
   std::vector<std::vector<Vector3d>> cores_W;
+  std::optional<double> friction;
 
   bool operator<(const PlacedLink& other) const {
     if (p_WoLcm_W != other.p_WoLcm_W) return PointLess(p_WoLcm_W, other.p_WoLcm_W);
     if (mass_kg != other.mass_kg) return mass_kg < other.mass_kg;
-    return PartsLess(cores_W, other.cores_W);
+    if (cores_W != other.cores_W) return PartsLess(cores_W, other.cores_W);
+    return friction < other.friction;
   }
 };
 
 // Takes a link's mass, inertia and collision hull to the world and rounds them there: from here on
 // nothing depends on how the module is mounted.
-PlacedLink PlaceLink(const LinkPhysics& link, LinkRef ref, const Pose& X_WL) {
+PlacedLink PlaceLink(const LinkPhysics& link, double mass_factor, LinkRef ref, const Pose& X_WL) {
   PlacedLink placed;
   placed.ref = ref;
   placed.X_WL = X_WL;
-  placed.mass_kg = RoundTo(link.mass_kg, 1e9);
+  placed.mass_kg = RoundTo(mass_factor * link.mass_kg, 1e9);
+  placed.friction = link.friction;
   placed.p_WoLcm_W = RoundPoint(X_WL * link.p_LoLcm_L);
   // The inertia of the link turned into W: R I R^T. Only one triangle is rounded, so that the
   // result is symmetric to the last bit.
-  const Matrix3d inertia = X_WL.linear() * link.I_Lcm_L * X_WL.linear().transpose();
+  const Matrix3d inertia = X_WL.linear() * (mass_factor * link.I_Lcm_L) * X_WL.linear().transpose();
   for (int row = 0; row < 3; ++row) {
     for (int column = row; column < 3; ++column) {
       const double rounded = RoundTo(inertia(row, column), kInertiaGrid);
@@ -160,6 +163,7 @@ BodySpec MakeBody(std::vector<PlacedLink> links) {
     LinkSpec spec;
     spec.ref = link.ref;
     spec.mass_kg = link.mass_kg;
+    spec.friction = link.friction;
     spec.X_BL = X_BW * link.X_WL;
     spec.p_BoLcm_B = X_BW * link.p_WoLcm_W;
     for (const std::vector<Vector3d>& core_W : link.cores_W) {
@@ -254,7 +258,8 @@ bool MergeLockedPair(const std::vector<Freedom>& freedoms, std::vector<std::vect
 // All bodies of the robot, sorted. Links are grouped by connections and fixed joints, then by
 // joints that lock each other.
 std::vector<BodySpec> MakeBodies(const model::Model& model, const model::Robot& robot,
-                                 const LinkPhysicsTable& physics, const LinkPoseTable& X_WL) {
+                                 const LinkPhysicsTable& physics, const model::MassFactors& factors,
+                                 const LinkPoseTable& X_WL) {
   std::vector<std::vector<int>> group_of = model::BodiesOf(model, robot);
   // After a merge two more joints may lie between the same two bodies, so until none is left.
   while (MergeLockedPair(Freedoms(model, robot, X_WL, group_of), &group_of)) {
@@ -267,7 +272,9 @@ std::vector<BodySpec> MakeBodies(const model::Model& model, const model::Robot& 
       const int group = group_of[m][l];
       if (std::ssize(groups) <= group) groups.resize(group + 1);
       const LinkRef ref{static_cast<int>(m), static_cast<int>(l)};
-      groups[group].push_back(PlaceLink(physics[robot.modules[m].type][l], ref, X_WL[m][l]));
+      groups[group].push_back(PlaceLink(physics[robot.modules[m].type][l],
+                                        model::FactorOf(factors, ref.module, ref.link), ref,
+                                        X_WL[m][l]));
     }
   }
   std::vector<BodySpec> bodies;
@@ -348,6 +355,8 @@ JointSpec MakeJoint(const RigidBodyModel& rigid_bodies, const model::ModuleType&
   spec.upper = std::max(0.0, RoundTo(high, kAngleGrid));
   spec.speed = RoundTo(joint.speed, kAngleGrid);
   spec.effort = RoundTo(joint.effort, kAngleGrid);
+  spec.backlash = RoundTo(joint.backlash, kAngleGrid);
+  spec.delay_s = RoundTo(joint.delay_s, kAngleGrid);
   return spec;
 }
 
@@ -435,10 +444,10 @@ LinkPoseTable PlaceOnGround(const model::Model& model, const model::Robot& robot
 
 RigidBodyModel BuildRigidBodyModel(const model::Model& model, const model::Robot& robot,
                                    const LinkPhysicsTable& physics, const LinkPoseTable& X_WL,
-                                   const model::JointValues& q) {
+                                   const model::JointValues& q, const model::MassFactors& factors) {
   MORPHBUS_CHECK(X_WL.size() == robot.modules.size() && q.size() == robot.modules.size());
   RigidBodyModel rigid_bodies;
-  rigid_bodies.bodies = MakeBodies(model, robot, physics, X_WL);
+  rigid_bodies.bodies = MakeBodies(model, robot, physics, factors, X_WL);
   // Modules get canonical numbers, links their bodies.
   NumberGroups(robot.modules.size(), &rigid_bodies.bodies);
   for (size_t m = 0; m < robot.modules.size(); ++m) {

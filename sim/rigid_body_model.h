@@ -6,15 +6,17 @@
 // mass and is, at the start, parallel to W (and W to R), unless the body's inertia is not diagonal
 // there: then B is the principal frame nearest to that.
 //
-// Congruent robots give the same numbers here, bit for bit: everything that depends on how modules
-// are numbered or mounted is first taken to W, rounded (1 nm; inertia 1e-13 kg m^2)
-// and sorted by place; only then is anything computed from it.
+// Congruent robots give the same numbers here, bit for bit, unless their links weigh more or less
+// by chance: everything that depends on how modules are numbered or mounted is first taken to W,
+// rounded (1 nm; inertia 1e-13 kg m^2) and sorted by place; only then is anything computed from it.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "compiler/model/kinematic_graph.h"
+#include "compiler/model/mass_spread.h"
 #include "compiler/model/robot_model.h"
 #include "sim/link_physics.h"
 
@@ -36,6 +38,8 @@ struct LinkSpec {
   double mass_kg = 0.0;
   /// Corners of its convex parts for the engine (m), sorted as parts are; none without a hull.
   std::vector<std::vector<Eigen::Vector3d>> parts_B;
+  /// Its own Coulomb coefficient; absent: that of the world.
+  std::optional<double> friction = {};
   // For reading poses out; these never enter the engine.
   Pose X_BL = Pose::Identity();
   Eigen::Vector3d p_BoLcm_B = Eigen::Vector3d::Zero();  ///< The link's own centre of mass (m).
@@ -69,6 +73,10 @@ struct JointSpec {
   /// The greatest speed and effort that the joint's motor has.
   double speed = 0.0;   ///< rad/s or m/s.
   double effort = 0.0;  ///< N m or N.
+  /// The play between motor and link, rad or m; and by how much later than it is told the motor
+  /// acts (s), which whoever drives the joint sees to.
+  double backlash = 0.0;
+  double delay_s = 0.0;
 };
 
 /// A robot as rigid bodies and joints, in canonical order.
@@ -86,10 +94,12 @@ LinkPoseTable PlaceOnGround(const model::Model& model, const model::Robot& robot
 
 /// Bodies and joints of `robot` with its links at `X_WL`, whose joint values are
 /// `q[module][joint]`; `physics` has mass, inertia and collision shape of its links. Bodies that
-/// two joints with different axes hold against each other cannot move, and are one here too.
+/// two joints with different axes hold against each other cannot move, and are one here too. Links
+/// weigh `factors` times what `physics` says.
 RigidBodyModel BuildRigidBodyModel(const model::Model& model, const model::Robot& robot,
                                    const LinkPhysicsTable& physics, const LinkPoseTable& X_WL,
-                                   const model::JointValues& q);
+                                   const model::JointValues& q,
+                                   const model::MassFactors& factors = {});
 
 /// Feeds all that the engine gets to know of `rigid_bodies` into a 64-bit hash (XXH64), with
 /// `seed`.

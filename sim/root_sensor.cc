@@ -1,9 +1,8 @@
 #include "sim/root_sensor.h"
 
 #include <Eigen/Geometry>
-#include <cmath>
-#include <numbers>
 
+#include "compiler/elementary/gaussian.h"
 #include "compiler/model/forward_kinematics.h"
 #include "sim/rigid_body_model.h"
 
@@ -18,15 +17,8 @@ RootSensor::RootSensor(const model::Model& model, const model::Robot& robot, con
 }
 
 Eigen::Vector3d RootSensor::Gaussian(double deviation) {
-  // Box and Muller's method. The standard library's distribution differs from one to the next.
-  constexpr double kUnit = 1.0 / 9007199254740992.0;  // 2^-53
   Eigen::Vector3d v;
-  for (int i = 0; i < 3; ++i) {
-    // Half a unit keeps the first number from 0, whose logarithm is infinite.
-    const double u = (static_cast<double>(random_() >> 11) + 0.5) * kUnit;
-    const double turn = static_cast<double>(random_() >> 11) * kUnit * 2 * std::numbers::pi;
-    v(i) = deviation * std::sqrt(-2 * std::log(u)) * std::cos(turn);
-  }
+  for (double& number : v) number = elementary::Gaussian(deviation, random_);
   return v;
 }
 

@@ -43,6 +43,7 @@ World::World(const RigidBodyModel& rigid_bodies, const WorldOptions& options)
     engine_->AddObstacle(obstacle, friction);
   }
   for (const BodySpec& body : rigid_bodies_.bodies) engine_->AddBody(body, friction);
+  engine_->dynamics.SetFrictions(rigid_bodies_.bodies, options_.obstacles);
   for (const JointSpec& joint : rigid_bodies_.joints) {
     engine_->AddJoint(joint, options_.servo_gain_per_s);
   }
@@ -100,8 +101,9 @@ JointState World::joint(int index) const { return engine_->joints[index].state; 
 
 double World::set_point(int joint) const { return engine_->joints[joint].servo.set_point(); }
 
-void World::set_set_point(int joint, double theta) {
-  engine_->joints[joint].servo.set_set_point(theta);
+void World::SetServo(int joint, double set_point, double motor) {
+  engine_->joints[joint].servo.set_set_point(set_point);
+  PlaceMotor(&engine_->joints[joint], motor);
 }
 
 std::string World::hash() const {

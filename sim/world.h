@@ -15,7 +15,7 @@ namespace morphbus::sim {
 
 /// What a world is made with; all of it enters the world's hash.
 struct WorldOptions {
-  /// Coulomb coefficient of every contact.
+  /// Coulomb coefficient of every contact in which neither a link nor an obstacle has its own.
   double friction = 0.8;
   /// Whether there is a level ground at y = 0.
   bool ground = true;
@@ -48,6 +48,10 @@ struct JointState {
   double rate = 0.0;
   /// What the motor exerted in the last step on body_2, N m or N.
   double motor_effort = 0.0;
+  /// The motor's side of the joint and its rate, which the joint's sensor measures: theta and its
+  /// rate, off by up to half of the play where there is any.
+  double motor = 0.0;
+  double motor_rate = 0.0;
 };
 
 /// A robot in a Bullet engine of its own.
@@ -89,8 +93,9 @@ class World {
 
   /// Where the joint's servo wants it, in canonical angles (rad or m).
   [[nodiscard]] double set_point(int joint) const;
-  /// Sets that, for a world that goes on where another one was.
-  void set_set_point(int joint, double theta);
+  /// Sets that, and where the motor's side of the joint is, for a world that goes on where another
+  /// one was.
+  void SetServo(int joint, double set_point, double motor);
 
   /// How far from `p_WS` a ray along the unit vector `d_W` first meets something, m; at most
   /// `range_m`, which also stands for nothing. Links of `module` are not seen. Links are smaller

@@ -4,6 +4,9 @@
 #include <BulletCollision/CollisionDispatch/btCompoundCompoundCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "compiler/model/link_mass.h"
 #include "sim/bullet_math.h"
 #include "sim/link_physics.h"
@@ -28,6 +31,55 @@ bool PartsMayCollide(const btCollisionShape* a, const btCollisionShape* b) {
 }
 
 }  // namespace
+
+int LinkOfPart(const btCollisionObject& object, int part) {
+  const btCollisionShape* shape = object.getCollisionShape();
+  if (shape->isCompound()) {
+    const auto* compound = static_cast<const btCompoundShape*>(shape);
+    if (part < 0 || part >= compound->getNumChildShapes()) return -1;
+    shape = compound->getChildShape(part);
+  }
+  return shape->getUserIndex2();
+}
+
+void FrictionWorld::SetFrictions(const std::vector<BodySpec>& bodies,
+                                 const std::vector<world::Obstacle>& obstacles) {
+  const bool any = std::ranges::any_of(bodies, [](const BodySpec& body) {
+    return std::ranges::any_of(body.links,
+                               [](const LinkSpec& link) { return link.friction.has_value(); });
+  });
+  bodies_ = any ? &bodies : nullptr;
+  obstacles_ = &obstacles;
+}
+
+std::optional<double> FrictionWorld::OwnFriction(const btCollisionObject& object, int part) const {
+  if (const int body = object.getUserIndex(); body >= 0) {
+    const int link = LinkOfPart(object, part);
+    return link < 0 ? std::nullopt : (*bodies_)[body].links[link].friction;
+  }
+  // The ground has neither number.
+  const int obstacle = object.getUserIndex2();
+  return obstacle < 0 ? std::nullopt : (*obstacles_)[obstacle].friction;
+}
+
+void FrictionWorld::solveConstraints(btContactSolverInfo& info) {
+  const int manifolds = bodies_ == nullptr ? 0 : getDispatcher()->getNumManifolds();
+  for (int i = 0; i < manifolds; ++i) {
+    btPersistentManifold& manifold = *getDispatcher()->getManifoldByIndexInternal(i);
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      btManifoldPoint& point = manifold.getContactPoint(k);
+      const auto a = OwnFriction(*manifold.getBody0(), point.m_index0);
+      const auto b = OwnFriction(*manifold.getBody1(), point.m_index1);
+      // Of two coefficients the geometric mean counts, as for Bullet; one alone counts as it is.
+      if (a && b) {
+        point.m_combinedFriction = std::sqrt(*a * *b);
+      } else if (a || b) {
+        point.m_combinedFriction = a ? *a : *b;
+      }
+    }
+  }
+  btDiscreteDynamicsWorld::solveConstraints(info);
+}
 
 // Bullet's world refers to bodies and constraints that are not its own: they are taken out before
 // they go.

@@ -5,6 +5,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "sim/engine_joint.h"
@@ -30,6 +31,33 @@ class PairFilter : public btOverlapFilterCallback {
 
  private:
   const std::vector<std::vector<bool>>* may_collide_;
+};
+
+/// The link, by its number in its body, whose part touches; -1 for a body without parts.
+int LinkOfPart(const btCollisionObject& object, int part);
+
+/// Bullet's world, in which links and obstacles may have a friction of their own. A body has one
+/// coefficient in Bullet, and may be of links with several: so those of contacts are set anew
+/// between the search for them and their solution.
+class FrictionWorld : public btDiscreteDynamicsWorld {
+ public:
+  using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
+
+  /// From now on links have the frictions of `bodies`, if any has one of its own, and obstacles
+  /// those of `obstacles`. Both outlive this.
+  void SetFrictions(const std::vector<BodySpec>& bodies,
+                    const std::vector<world::Obstacle>& obstacles);
+
+ protected:
+  void solveConstraints(btContactSolverInfo& info) override;
+
+ private:
+  /// The coefficient of its own that one side of a contact has, if any.
+  [[nodiscard]] std::optional<double> OwnFriction(const btCollisionObject& object, int part) const;
+
+  /// Null where no link has a friction of its own: Bullet's products then are right already.
+  const std::vector<BodySpec>* bodies_ = nullptr;
+  const std::vector<world::Obstacle>* obstacles_ = nullptr;
 };
 
 /// The Bullet engine with all that is in it, in order of construction; Bullet wants the reverse for
@@ -63,7 +91,7 @@ struct World::Engine {
   btDbvtBroadphase broadphase;
   btSequentialImpulseConstraintSolver solver;
   PairFilter filter;
-  btDiscreteDynamicsWorld dynamics{&dispatcher, &broadphase, &solver, &configuration};
+  FrictionWorld dynamics{&dispatcher, &broadphase, &solver, &configuration};
   /// Triangles to which shapes refer.
   std::vector<std::unique_ptr<btTriangleMesh>> surfaces;
   /// The shapes of the ground, obstacles and bodies, which only refer to them.

@@ -46,6 +46,11 @@ void AddBody(const BodySpec& body, Hasher* hasher) {
       hasher->Add(static_cast<int>(part.size()));
       for (const Eigen::Vector3d& corner : part) hasher->Add(corner);
     }
+    // What few links have is marked by a -1, which nothing that follows a link begins with.
+    if (link.friction) {
+      hasher->Add(-1);
+      hasher->Add(*link.friction);
+    }
   }
 }
 
@@ -57,6 +62,12 @@ void AddJoint(const JointSpec& joint, Hasher* hasher) {
   hasher->Add(joint.p_WJ);
   hasher->Add(joint.axis_W);
   for (const double x : {joint.lower, joint.upper, joint.speed, joint.effort}) hasher->Add(x);
+  // As of links.
+  if (joint.backlash > 0.0 || joint.delay_s > 0.0) {
+    hasher->Add(-1);
+    hasher->Add(joint.backlash);
+    hasher->Add(joint.delay_s);
+  }
 }
 
 }  // namespace

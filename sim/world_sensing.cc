@@ -45,17 +45,6 @@ bool SameLink(const LinkRef& a, const LinkRef& b) {
   return a.module == b.module && a.link == b.link;
 }
 
-// The link, by its number in its body, whose part touches; -1 for a body without parts.
-int LinkOfPart(const btCollisionObject& object, int part) {
-  const btCollisionShape* shape = object.getCollisionShape();
-  if (shape->isCompound()) {
-    const auto* compound = static_cast<const btCompoundShape*>(shape);
-    if (part < 0 || part >= compound->getNumChildShapes()) return -1;
-    shape = compound->getChildShape(part);
-  }
-  return shape->getUserIndex2();
-}
-
 }  // namespace
 
 double World::RayDistance(const Vector3d& p_WS, const Vector3d& d_W, double range_m,

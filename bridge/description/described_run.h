@@ -26,6 +26,7 @@ struct DescribedRun {
   double loss = 0.0;
   uint64_t seed = 0;
   uint64_t random_seed = 0;  ///< Of the numbers that the program drew.
+  uint64_t noise_seed = 0;   ///< Of the noise of sensors, and of what else differs by chance.
   /// The file of rules by which messages suffered on purpose (`run --faults`), and its text.
   std::string faults_file, fault_rules;
   /// What was set of the model for this run, "MTRAN.joint_1.torque=1.2" each (`run --set`).

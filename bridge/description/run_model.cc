@@ -43,6 +43,7 @@ DescribedRun ValuesOf(const proto::RunDescription& d) {
   // What was done to it on purpose.
   out.seed = d.seed();
   out.random_seed = d.random_seed();
+  out.noise_seed = d.noise_seed();
   out.loss = d.loss();
   out.faults_file = d.faults_file();
   out.fault_rules = d.faults();

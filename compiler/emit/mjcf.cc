@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/emit/left_out.h"
 #include "compiler/emit/link_solids.h"
 #include "compiler/emit/meshes.h"
 #include "compiler/emit/names.h"
@@ -41,6 +42,14 @@ std::string MjcfPartsFolder(const std::string& stem) { return stem + "_parts"; }
 /// Name of the body that a joint which closes a loop moves: "m1.joint_1.loop".
 std::string MjcfLoopBody(const TreeLoop& loop) { return loop.name + ".loop"; }
 
+/// How a geom grips that has a friction of its own. By its higher priority that counts, and not the
+/// greater of two.
+void AppendFriction(const std::optional<double>& friction, pugi::xml_node geom) {
+  if (!friction) return;
+  xml::Set(geom, "friction", Number(*friction) + " 0.005 0.0001");
+  xml::Set(geom, "priority", "1");
+}
+
 /// One <body> a link, in its place at the joints' start values, and one for each joint that closes
 /// a loop. Such a body has part of the mass of the link that it is welded to: MuJoCo softens a
 /// constraint by the inverse masses of its two bodies, so that a weld to next to nothing holds
@@ -66,7 +75,9 @@ class MjcfBodies {
       for (size_t part = 0; part < meshes.size(); ++part) {
         const std::string name =
             meshes.size() == 1 ? link.name : FreeName(tree_, PartName(link.name, part + 1));
-        xml::Append(body.node, "geom", {{"name", name}, {"type", "mesh"}, {"mesh", meshes[part]}});
+        AppendFriction(LinkOf(model_, link).friction,
+                       xml::Append(body.node, "geom",
+                                   {{"name", name}, {"type", "mesh"}, {"mesh", meshes[part]}}));
       }
     }
     // After the links, so that MuJoCo numbers those of a body's children first.
@@ -248,6 +259,7 @@ class MjcfWriter {
     RenameReservedLinks(
         "MJCF", [](const std::string& name) { return name == "world"; }, &tree_,
         &exported_.warnings);
+    WarnOfLeftOut("MJCF", model_, tree_, &exported_.warnings);
     base_ = FreeName(tree_, "robot_frame");
   }
 
@@ -353,10 +365,7 @@ class MjcfWriter {
     for (const auto& [name, value] : what) xml::Set(geom, name.c_str(), value);
     xml::Set(geom, "pos", Triple(obstacle.X_WO.translation()));
     xml::Set(geom, "quat", QuaternionWxyz(obstacle.X_WO.linear()));
-    if (!obstacle.friction) return;
-    // By its higher priority its own friction counts, and not the greater of two.
-    xml::Set(geom, "friction", Number(*obstacle.friction) + " 0.005 0.0001");
-    xml::Set(geom, "priority", "1");
+    AppendFriction(obstacle.friction, geom);
   }
 
   /// The triangles of a mesh or height map, "NAME/1" and so on: no other name has a slash.

@@ -28,6 +28,11 @@ struct TreeLink {
   model::Pose X_PL = model::Pose::Identity();
 };
 
+/// What the model says of a link of the tree.
+inline const model::Link& LinkOf(const model::Model& model, const TreeLink& link) {
+  return model.module_types[link.type].links[link.link];
+}
+
 /// A joint of the robot, whether it places a link of the tree or closes a loop.
 struct TreeJoint {
   std::string name;  ///< "m1.joint_1"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "compiler/emit/left_out.h"
 #include "compiler/emit/link_solids.h"
 #include "compiler/emit/meshes.h"
 #include "compiler/emit/names.h"
@@ -64,6 +65,16 @@ void AppendGeometry(pugi::xml_node node, const world::Obstacle& obstacle, const 
   }
 }
 
+/// How a <collision> grips that has a friction of its own.
+void AppendFriction(pugi::xml_node collision, const std::optional<double>& friction) {
+  if (!friction) return;
+  const pugi::xml_node surface = xml::Append(collision, "surface");
+  const pugi::xml_node ode = xml::Append(xml::Append(surface, "friction"), "ode");
+  xml::AppendText(ode, "mu", Number(*friction));
+  // ODE has a coefficient for each of two directions; here both are one.
+  xml::AppendText(ode, "mu2", Number(*friction));
+}
+
 /// An obstacle as a static model of one link.
 void AppendObstacle(pugi::xml_node world, const world::Obstacle& obstacle,
                     const std::string& mesh) {
@@ -74,12 +85,7 @@ void AppendObstacle(pugi::xml_node world, const world::Obstacle& obstacle,
   AppendGeometry(xml::Append(link, "visual", {{"name", "visual"}}), obstacle, mesh);
   const pugi::xml_node collision = xml::Append(link, "collision", {{"name", "collision"}});
   AppendGeometry(collision, obstacle, mesh);
-  if (!obstacle.friction) return;
-  const pugi::xml_node surface = xml::Append(collision, "surface");
-  const pugi::xml_node ode = xml::Append(xml::Append(surface, "friction"), "ode");
-  xml::AppendText(ode, "mu", Number(*obstacle.friction));
-  // ODE has a coefficient for each of two directions; here both are one.
-  xml::AppendText(ode, "mu2", Number(*obstacle.friction));
+  AppendFriction(collision, obstacle.friction);
 }
 
 // Writes one <model>: all links, then the joints and connections that hold them. With obstacles it
@@ -92,6 +98,7 @@ class SdfWriter {
     // SDFormat refuses a file whose links, joints or model have names that it keeps for itself.
     RenameReservedLinks("SDF", IsReserved, &tree_, &exported_.warnings);
     RenameReservedJoints("SDF", IsReserved, &tree_, &exported_.warnings);
+    WarnOfLeftOut("SDF", model_, tree_, &exported_.warnings);
     if (!IsReserved(tree_.name)) return;
     tree_.name = "m3l" + tree_.name;
     exported_.warnings.push_back(fmt::format(
@@ -176,6 +183,9 @@ class SdfWriter {
         const std::string name = meshes.size() == 1 ? use : PartName(use, i + 1);
         const pugi::xml_node part = xml::Append(node, use, {{"name", name}});
         xml::AppendText(xml::Append(xml::Append(part, "geometry"), "mesh"), "uri", meshes[i]);
+        if (use == std::string_view("collision")) {
+          AppendFriction(part, LinkOf(model_, link).friction);
+        }
       }
     }
   }

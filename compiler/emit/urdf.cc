@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/emit/left_out.h"
 #include "compiler/emit/link_solids.h"
 #include "compiler/emit/meshes.h"
 #include "compiler/emit/names.h"
@@ -35,6 +36,7 @@ class UrdfWriter {
     RenameReservedLinks(
         "URDF", [](const std::string& name) { return name == "world"; }, &tree_,
         &exported_.warnings);
+    WarnOfLeftOut("URDF", model_, tree_, &exported_.warnings);
     base_ = FreeName(tree_, "robot_frame");
   }
 
@@ -145,6 +147,11 @@ class UrdfWriter {
       for (const char* use : {"visual", "collision"}) {
         xml::Append(xml::Append(xml::Append(node, use), "geometry"), "mesh", {{"filename", mesh}});
       }
+    }
+    if (const std::optional<double>& friction = LinkOf(model_, link).friction) {
+      // URDF knows no friction; this is Gazebo's addition to it, with one number a direction.
+      const pugi::xml_node gazebo = xml::Append(root_, "gazebo", {{"reference", link.name}});
+      for (const char* mu : {"mu1", "mu2"}) xml::AppendText(gazebo, mu, Number(*friction));
     }
   }
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/emit/left_out.h"
 #include "compiler/emit/link_solids.h"
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
@@ -84,6 +85,7 @@ class WebotsWriter {
         exported.companions.push_back(std::move(file));
       }
     }
+    WarnOfLeftOut("Webots", model_, types, &exported.warnings);
     std::ranges::move(LooseDocking(model_, faces_, types), std::back_inserter(exported.warnings));
     return exported;
   }
@@ -94,7 +96,7 @@ class WebotsWriter {
     // The coordinate system is M3L's, so that no pose needs to be turned.
     std::vector<std::string> info = {fmt::format("title \"{}\"", robot_.name), "gravity 9.81",
                                      "basicTimeStep 4", "coordinateSystem \"NUE\""};
-    std::ranges::move(WebotsContacts(obstacles_), std::back_inserter(info));
+    std::ranges::move(WebotsContacts(model_, robot_, obstacles_), std::back_inserter(info));
     vrml_.Block("WorldInfo", info);
     const model::Pose view = ViewOf(Corners());
     vrml_.Block("Viewpoint", {"orientation " + Rotation(view.linear()),
@@ -186,6 +188,9 @@ class WebotsWriter {
     }
     vrml_.Close("]");
     AppendBoundingObject(shapes);
+    if (const model::Link& of = type.links[link.link]; of.friction) {
+      vrml_.Line(fmt::format("contactMaterial \"{}\"", WebotsMaterialOf(type, of)));
+    }
     AppendPhysics(link);
   }
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 
 namespace morphbus::emit {
 
@@ -45,13 +47,40 @@ model::Pose ViewOf(const std::vector<Vector3d>& points) {
   return X;
 }
 
-std::vector<std::string> WebotsContacts(const std::vector<world::Obstacle>& obstacles) {
-  std::string contacts;
+std::string WebotsMaterialOf(const model::ModuleType& type, const model::Link& link) {
+  return type.name + "." + link.name + ".surface";
+}
+
+std::vector<std::string> WebotsContacts(const model::Model& model, const model::Robot& robot,
+                                        const std::vector<world::Obstacle>& obstacles) {
+  // Obstacles first, then the links of each module type that the robot has.
+  std::vector<std::pair<std::string, double>> materials;
   for (const world::Obstacle& obstacle : obstacles) {
-    if (!obstacle.friction) continue;
+    if (obstacle.friction) materials.emplace_back(MaterialOf(obstacle), *obstacle.friction);
+  }
+  const size_t first_link = materials.size();
+  std::set<int> types;
+  for (const model::ModuleInstance& module : robot.modules) types.insert(module.type);
+  for (const int t : types) {
+    for (const model::Link& link : model.module_types[t].links) {
+      if (!link.friction) continue;
+      materials.emplace_back(WebotsMaterialOf(model.module_types[t], link), *link.friction);
+    }
+  }
+  std::string contacts;
+  const auto add = [&](const std::string& a, const std::string& b, double friction) {
     contacts += fmt::format(
-        "{}ContactProperties {{ material1 \"default\" material2 \"{}\" coulombFriction [ {} ] }}",
-        contacts.empty() ? "" : ", ", MaterialOf(obstacle), Number(*obstacle.friction));
+        "{}ContactProperties {{ material1 \"{}\" material2 \"{}\" coulombFriction [ {} ] }}",
+        contacts.empty() ? "" : ", ", a, b, Number(friction));
+  };
+  // Each against what has no friction of its own, and a link against each that has: as in a run,
+  // the one friction counts alone, and of two the geometric mean.
+  for (const auto& [name, friction] : materials) add("default", name, friction);
+  for (size_t b = first_link; b < materials.size(); ++b) {
+    for (size_t a = 0; a <= b; ++a) {
+      add(materials[a].first, materials[b].first,
+          std::sqrt(materials[a].second * materials[b].second));
+    }
   }
   if (contacts.empty()) return {};
   return {"contactProperties [ " + contacts + " ]"};

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "compiler/emit/vrml_writer.h"
+#include "compiler/model/robot_model.h"
 #include "compiler/world/obstacle.h"
 
 namespace morphbus::emit {
@@ -14,9 +15,13 @@ namespace morphbus::emit {
 /// its z is up.
 model::Pose ViewOf(const std::vector<Eigen::Vector3d>& points);
 
-/// Lines of WorldInfo that say how obstacles with a friction of their own grip; none if there is no
-/// such obstacle.
-std::vector<std::string> WebotsContacts(const std::vector<world::Obstacle>& obstacles);
+/// The material of a link with a friction of its own.
+std::string WebotsMaterialOf(const model::ModuleType& type, const model::Link& link);
+
+/// Lines of WorldInfo that say how obstacles, and links of the robot, with a friction of their own
+/// grip; none if there are no such ones.
+std::vector<std::string> WebotsContacts(const model::Model& model, const model::Robot& robot,
+                                        const std::vector<world::Obstacle>& obstacles);
 
 /// An obstacle as a Solid, its shape defined under the name `hull`. A plane is a slab of its sides;
 /// cylinders and balls are their hulls, for no program lays those otherwise; a mesh is its

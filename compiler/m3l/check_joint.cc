@@ -23,7 +23,8 @@ class JointChecker {
       : scope_(scope),
         decl_(decl),
         attributes_(decl, "joint '" + decl.name.text + "'",
-                    {"type", "value", "pair", "torque", "speed"}, &scope.diagnostics) {}
+                    {"type", "value", "pair", "torque", "speed", "backlash", "delay"},
+                    &scope.diagnostics) {}
 
   void Check() {
     // Each attribute is checked whatever the others are like, so that all errors are found; only a
@@ -33,8 +34,10 @@ class JointChecker {
     joint.name = decl_.name.text;
     const bool typed = CheckType(joint);
     if (typed) CheckLimits(joint);
-    CheckLimit("torque", joint.effort);
-    CheckLimit("speed", joint.speed);
+    for (const char* drive : {"torque", "speed"}) {
+      CheckNumber(model::AttributeNamed<model::Joint>(drive), scope_, &attributes_, &joint);
+    }
+    CheckServo(joint, typed);
     const bool paired = CheckPair(joint);
     if (paired && errors == scope_.diagnostics.error_count()) {
       scope_.module.type.joints.push_back(joint);
@@ -87,8 +90,8 @@ class JointChecker {
     // Both numbers are finite: EvaluateNumber refuses others.
     joint.lower = limits->lower * scale;
     joint.upper = limits->upper * scale;
-    if (joint.upper - joint.lower > kMaxCoordinate_m || std::abs(joint.lower) > kMaxCoordinate_m) {
-      scope_.diagnostics.Error(expr->span, "limits are at most 1e6 rad or metres");
+    if (const std::string why = model::WhyNoLimits(joint.lower, joint.upper); !why.empty()) {
+      scope_.diagnostics.Error(expr->span, why);
     } else if (joint.type == model::JointType::kRevolute) {
       WarnOfDegrees(*expr, *limits);
     }
@@ -107,18 +110,15 @@ class JointChecker {
                             NumberText(limits.lower), NumberText(limits.upper));
   }
 
-  /// A motor's `torque` or `speed` into `into`.
-  /// Bounded either way, so that what is computed from it (a motor's damping) is finite in single
-  /// precision too.
-  void CheckLimit(const std::string& key, double& into) {
-    const Expr* expr = attributes_.Optional(key);
-    const std::optional<double> value =
-        expr ? EvaluateNumber(*expr, &scope_.diagnostics) : std::nullopt;
-    if (!value) return;
-    if (*value >= 1e-9 && *value <= 1e9) {
-      into = *value;
-    } else {
-      scope_.diagnostics.Error(expr->span, "'" + key + "' is from 1e-9 to 1e9");
+  /// What its motor has of play and delay; a fixed joint has no motor.
+  void CheckServo(model::Joint& joint, bool typed) {
+    for (const char* name : {"backlash", "delay"}) {
+      const Attribute* given = decl_.Find(name);
+      if (given != nullptr && typed && joint.type == model::JointType::kFixed) {
+        scope_.diagnostics.Error(given->key.span, fmt::format("a fixed joint has no {}", name));
+      } else {
+        CheckNumber(model::AttributeNamed<model::Joint>(name), scope_, &attributes_, &joint);
+      }
     }
   }
 

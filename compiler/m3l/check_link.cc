@@ -20,7 +20,7 @@ constexpr double kLeastMass_kg = 1e-6;
 constexpr size_t kMaxHullPoints = 500;
 constexpr size_t kMaxParts = 50;
 
-/// Checks one link: the points grouped in it, its hull and its mass.
+/// Checks one link: the points grouped in it, its hull and its numbers.
 class LinkChecker {
  public:
   LinkChecker(ModuleScope& scope, int index)
@@ -28,10 +28,10 @@ class LinkChecker {
         index_(index),
         decl_(scope.module.decl->links[index]),
         own_(scope.module.link_points[index]),
-        attributes_(decl_, "link '" + decl_.name.text + "'", {"grouping", "hull", "mass"},
-                    &scope.diagnostics) {}
+        attributes_(decl_, "link '" + decl_.name.text + "'",
+                    {"grouping", "hull", "mass", "friction", "mass_spread"}, &scope.diagnostics) {}
 
-  /// Everything but the mass.
+  /// Everything but the numbers.
   model::Link Check() {
     model::Link link;
     link.name = decl_.name.text;
@@ -42,20 +42,15 @@ class LinkChecker {
     return link;
   }
 
-  /// The mass. It comes last, as its default depends on the module's extent, and that on the hulls
-  /// of all links.
-  void CheckMass(model::Link& link) {
+  /// The numbers. They come last, as the default of the mass depends on the module's extent, and
+  /// that on the hulls of all links.
+  void CheckNumbers(model::Link& link) {
     // It is not worked out from a hull with errors.
-    const Expr* mass = attributes_.Optional("mass");
-    if (mass) {
-      const std::optional<double> value = EvaluateNumber(*mass, &scope_.diagnostics);
-      link.mass_kg = value.value_or(kLeastMass_kg);
-      if (!(link.mass_kg > 0.0 && link.mass_kg <= 1e9)) {
-        scope_.diagnostics.Error(mass->span, "'mass' is above 0 and at most 1e9 kg");
-      }
-    } else if (hull_ok_) {
-      link.mass_kg = DefaultMass(link);
+    const bool given = decl_.Find("mass") != nullptr;
+    for (const auto& attribute : model::NumericAttributes<model::Link>()) {
+      CheckNumber(attribute, scope_, &attributes_, &link);
     }
+    if (!given && hull_ok_) link.mass_kg = DefaultMass(link);
   }
 
  private:
@@ -296,14 +291,14 @@ void CheckLinks(ModuleScope& scope) {
         "a module has at least one: link NAME: grouping=(...)";
   }
   std::vector<LinkChecker> checkers;
-  // The checkers stay for CheckMass, which needs the hulls of all links.
+  // The checkers stay for CheckNumbers, which needs the hulls of all links.
   checkers.reserve(decl.links.size());
   for (size_t i = 0; i < decl.links.size(); ++i) {
     checkers.emplace_back(scope, static_cast<int>(i));
     scope.module.type.links.push_back(checkers.back().Check());
   }
   scope.module.extent_m = Extent(scope.module);
-  for (size_t i = 0; i < checkers.size(); ++i) checkers[i].CheckMass(scope.module.type.links[i]);
+  for (size_t i = 0; i < checkers.size(); ++i) checkers[i].CheckNumbers(scope.module.type.links[i]);
 }
 
 }  // namespace morphbus::m3l::internal

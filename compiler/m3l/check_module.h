@@ -2,6 +2,8 @@
 // Parts of the module checker that have files of their own. Internal to check_module*.cc.
 
 #include "compiler/m3l/checker.h"
+#include "compiler/m3l/evaluate.h"
+#include "compiler/model/attributes.h"
 
 namespace morphbus::m3l::internal {
 
@@ -42,6 +44,27 @@ void CheckLinks(ModuleScope& scope);
 std::optional<std::vector<Eigen::Vector3d>> CheckShape(const Expr& call, ModuleScope& scope);
 /// Whether a call of this name is such a part.
 bool IsShape(const std::string& function);
+
+/// Reads a numeric attribute of a part, if it stands there, in the unit that its module and its
+/// kind of part give it; reports what is out of the attribute's range.
+template <class Part>
+void CheckNumber(const model::NumericAttribute<Part>& attribute, ModuleScope& scope,
+                 AttributeReader* attributes, Part* part) {
+  const Expr* expr = attributes->Optional(std::string(attribute.name));
+  const auto value = expr ? EvaluateNumber(*expr, &scope.diagnostics) : std::nullopt;
+  if (!value) return;
+  const model::Unit unit = model::UnitOf(attribute.measure, *part, scope.unit_m);
+  const double si = *value * unit.si;
+  if (!attribute.Allows(si)) {
+    scope.diagnostics.Error(expr->span, "'" + std::string(attribute.name) + "' is " +
+                                            model::RangeText(attribute, *part));
+  } else if (HasAngle(*expr) && !unit.angle) {
+    scope.diagnostics.Error(expr->span,
+                            "'" + std::string(attribute.name) + "' is no angle, and this is one");
+  } else {
+    attribute.set(part, si);
+  }
+}
 
 /// All axes (check_joint.cc).
 void CheckAxes(ModuleScope& scope);

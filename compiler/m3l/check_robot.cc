@@ -6,13 +6,12 @@
 #include <set>
 
 #include "compiler/m3l/evaluate.h"
+#include "compiler/model/attributes.h"
 
 namespace morphbus::m3l {
 namespace internal {
 namespace {
 
-/// Limits of joints hold to this much (rad or m).
-constexpr double kLimitTolerance = 1e-4;
 /// Bounds on hostile input, far above any robot that was built.
 constexpr size_t kMaxModules = 20'000;
 constexpr size_t kMaxLinks = 100'000;
@@ -108,8 +107,7 @@ void CheckStartLimits(RobotScope& scope, const std::map<std::pair<int, int>, sou
     for (size_t j = 0; j < type.joints.size(); ++j) {
       const model::Joint& joint = type.joints[j];
       const double value = module.start[j];
-      if (value >= joint.lower - kLimitTolerance && value <= joint.upper + kLimitTolerance)
-        continue;
+      if (model::KeepsLimits(joint, value)) continue;
       const auto it = set.find({static_cast<int>(m), static_cast<int>(j)});
       const bool given = it != set.end();
       if (!given && !said.emplace(module.type, static_cast<int>(j)).second) continue;

@@ -92,25 +92,14 @@ class SensorChecker {
     const Expr* expr = sensor.type == model::SensorType::kDistance
                            ? attributes_.Required("range", "say how far it sees: range=0.5")
                            : attributes_.Optional("range");
-    const auto value = expr ? EvaluateNumber(*expr, &scope_.diagnostics) : std::nullopt;
-    if (!value) return;
-    // Model units become metres, as everywhere.
-    sensor.range_m = *value * scope_.unit_m;
-    if (sensor.range_m >= 1e-6 && sensor.range_m <= kMaxRange_m) return;
-    scope_.diagnostics.Error(
-        expr->span, fmt::format("'range' is from 1e-6 to {} metres", NumberText(kMaxRange_m)));
+    if (expr == nullptr) return;
+    CheckNumber(model::AttributeNamed<model::Sensor>("range"), scope_, &attributes_, &sensor);
   }
 
   /// The standard deviation of a reading: model units, or radians.
   void CheckNoise(model::Sensor& sensor) {
     if (sensor.type == model::SensorType::kContact) return RefuseFor("noise", sensor);
-    const Expr* expr = attributes_.Optional("noise");
-    const auto value = expr ? EvaluateNumber(*expr, &scope_.diagnostics) : std::nullopt;
-    if (!value) return;
-    // A deviation of a length is in model units, and that of a tilt in radians.
-    sensor.noise = sensor.type == model::SensorType::kDistance ? *value * scope_.unit_m : *value;
-    if (sensor.noise >= 0.0 && sensor.noise <= kMaxRange_m) return;
-    scope_.diagnostics.Error(expr->span, "'noise' is a standard deviation, not below 0");
+    CheckNumber(model::AttributeNamed<model::Sensor>("noise"), scope_, &attributes_, &sensor);
   }
 
   void RefuseFor(const std::string& key, const model::Sensor& sensor) {
@@ -120,8 +109,6 @@ class SensorChecker {
     scope_.diagnostics.Error(attribute->key.span, fmt::format("a {} sensor has no {}",
                                                               SensorTypeName(sensor.type), key));
   }
-
-  static constexpr double kMaxRange_m = 1000.0;
 
   ModuleScope& scope_;
   const SensorDecl& decl_;

@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "compiler/model/attributes.h"
 #include "compiler/model/model_proto.h"
 
 namespace morphbus::model {
@@ -82,6 +83,14 @@ class Reader {
   double Finite(double value, const char* what) {
     if (!std::isfinite(value)) Bad(fmt::format("{} is not finite", what));
     return value;
+  }
+
+  /// Sets an attribute that M3L bounds on both sides, and that the engine wants so.
+  template <class Part>
+  void Set(const char* name, double value, Part* part) {
+    const NumericAttribute<Part>& attribute = AttributeNamed<Part>(name);
+    if (!attribute.Allows(value)) Bad(fmt::format("{} {}", name, value));
+    attribute.set(part, value);
   }
 
   /// A vector of three finite numbers.
@@ -195,6 +204,8 @@ class Reader {
     joint.effort = Finite(message.effort(), "torque");
     joint.speed = Finite(message.speed(), "speed");
     if (joint.effort < 0.0 || joint.speed < 0.0) Bad("negative torque or speed");
+    Set("backlash", message.backlash(), &joint);
+    Set("delay", message.delay_s(), &joint);
     return joint;
   }
 
@@ -249,6 +260,8 @@ class Reader {
       ReadPartEnds(link, &read);
       read.mass_kg = Finite(link.mass_kg(), "mass");
       if (read.mass_kg < 0.0) Bad("negative mass");
+      if (link.has_friction()) Set("friction", link.friction(), &read);
+      Set("mass_spread", link.mass_spread(), &read);
       type.links.push_back(std::move(read));
     }
     CheckNames(type.links, "links");

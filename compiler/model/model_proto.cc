@@ -84,6 +84,8 @@ void Write(const Joint& joint, proto::Joint* out) {
   out->set_upper(joint.upper);
   out->set_effort(joint.effort);
   out->set_speed(joint.speed);
+  out->set_backlash(joint.backlash);
+  out->set_delay_s(joint.delay_s);
 }
 
 /// The links come first: joints and connectors refer to them by index.
@@ -97,6 +99,8 @@ void Write(const ModuleType& type, proto::ModuleType* out) {
     for (const Eigen::Vector3d& p : link.hull) Write(p, message->add_hull());
     for (const int end : link.part_ends) message->add_part_ends(static_cast<uint32_t>(end));
     message->set_mass_kg(link.mass_kg);
+    if (link.friction) message->set_friction(*link.friction);
+    message->set_mass_spread(link.mass_spread);
   }
   for (const Joint& joint : type.joints) Write(joint, out->add_joints());
   for (const Connector& connector : type.connectors) Write(connector, out->add_connectors());

@@ -82,6 +82,11 @@ struct Link {
   std::vector<int> part_ends = {};
   /// The mass (kg), spread evenly over the parts of the shape (link_mass.h).
   double mass_kg = 0.0;
+  /// Coulomb friction where it touches something; absent: that of the world.
+  std::optional<double> friction = {};
+  /// The standard deviation by which the link of one module weighs more or less than that of
+  /// another, as a fraction of the mass.
+  double mass_spread = 0.0;
 
   /// The points of each convex part; none for a link without a shape.
   [[nodiscard]] std::vector<std::vector<Eigen::Vector3d>> Parts() const;
@@ -107,6 +112,11 @@ struct Joint {
   double effort = 1.9;
   /// The greatest speed (rad/s), or m/s for prismatic joints.
   double speed = 3.14159265358979323846;
+  /// The play between motor and link: how far one can move without the other (rad), or m for
+  /// prismatic joints.
+  double backlash = 0.0;
+  /// How much later the motor does what it is told (s).
+  double delay_s = 0.0;
 };
 
 /// What a sensor measures: how far something is, whether something touches, how far it is tilted.

@@ -9,6 +9,7 @@
 
 #include "bridge/description/run_model.h"
 #include "compiler/model/link_mass.h"
+#include "compiler/model/mass_spread.h"
 #include "logger/log/run_log.h"
 #include "logger/log/tracked_body.h"
 
@@ -106,13 +107,14 @@ MotionGatherer::MotionGatherer(const RunLog& log)
   root_ = {root, log.described->X_RL_start[root.module][root.link].inverse()};
   // What every link weighs and where it ends, and a row for every joint.
   model::LinkMasses masses(model_);
+  const model::MassFactors factors = model::DrawMassFactors(model_, robot_, log.facts.noise_seed);
   for (int m = 0; m < static_cast<int>(robot_.modules.size()); ++m) {
     const model::ModuleType& type = model_.TypeOf(robot_, m);
     std::vector<LinkShape>& links = shapes_.emplace_back();
     for (int l = 0; l < static_cast<int>(type.links.size()); ++l) {
       const model::LinkMass& mass = masses.Of(robot_.modules[m].type, l);
-      LinkShape shape{&type.links[l].hull, Eigen::Vector3d::Zero(), 0.0, mass.mass_kg,
-                      mass.p_LoLcm_L};
+      LinkShape shape{&type.links[l].hull, Eigen::Vector3d::Zero(), 0.0,
+                      mass.mass_kg * model::FactorOf(factors, m, l), mass.p_LoLcm_L};
       for (const Eigen::Vector3d& p : *shape.hull) {
         // The ball is round the mean of the corners; it need not be the smallest one, since it only
         // spares most links the look at all corners.

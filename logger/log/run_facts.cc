@@ -15,8 +15,8 @@
 namespace morphbus::bridge {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribedRun, model_file, program_file, mode, root_module, build,
                                    started, world_hash, arithmetic, still, loss, seed, random_seed,
-                                   open, faults_file, fault_rules, attributes, root_sensor,
-                                   root_noise_m, root_noise_rad)
+                                   noise_seed, open, faults_file, fault_rules, attributes,
+                                   root_sensor, root_noise_m, root_noise_rad)
 }  // namespace morphbus::bridge
 
 namespace morphbus::logger {

@@ -73,10 +73,10 @@ TEST(ModuleSensors, DistancesAreThoseToOtherModulesAndTheGroundNeverToTheOwnLink
 TEST(ModuleSensors, NoiseHasItsDeviationAndRepeatsWithItsSeed) {
   const auto model = TwoCubes(Distance("north", "(1,0,0)", ", noise=.05"));
   BulletRobotOptions options;
-  options.sensor_seed = 7;
+  options.noise_seed = 7;
   const auto robot = Make(model, "both", options);
   const auto again = Make(model, "both", options);
-  options.sensor_seed = 8;
+  options.noise_seed = 8;
   const auto other = Make(model, "both", options);
   double sum = 0, squares = 0;
   int differ = 0;

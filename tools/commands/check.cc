@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "compiler/base/text.h"
+#include "compiler/model/attributes.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/kinematic_graph.h"
 #include "compiler/model/model_proto.h"
@@ -17,6 +20,7 @@ namespace {
 struct CheckOptions {
   std::vector<std::string> files;
   std::string dump;
+  bool attributes = false;
   bool json = false;
   MotionChoice motion;
 };
@@ -90,6 +94,30 @@ void PrintRobot(const Json& robot, const model::KinematicGraph& graph) {
   }
 }
 
+/// What `run --set` can change: a list for JSON, of which a table is printed unless `json`. A part
+/// that has no value of its own, as a link that grips as the world says, has null there.
+Json AttributeList(const model::Model& model, bool json) {
+  const std::vector<model::SettableAttribute> attributes = model::SettableAttributes(model);
+  Json list = Json::array();
+  size_t width = 0;
+  for (const model::SettableAttribute& attribute : attributes) {
+    width = std::max(width, attribute.name.size());
+    list.push_back({{"name", attribute.name},
+                    {"value", attribute.value ? Json(*attribute.value) : Json()},
+                    {"unit", attribute.unit},
+                    {"least", attribute.least},
+                    {"most", attribute.most}});
+  }
+  if (json || attributes.empty()) return list;
+  Print("{:<{}}  {:>12}  {:>12}  {:>12}  unit\n", "attribute", width, "value", "least", "most");
+  for (const model::SettableAttribute& attribute : attributes) {
+    Print("{:<{}}  {:>12}  {:>12}  {:>12}  {}\n", attribute.name, width,
+          attribute.value ? model::NumberText(*attribute.value) : "-",
+          model::NumberText(attribute.least), model::NumberText(attribute.most), attribute.unit);
+  }
+  return list;
+}
+
 /// Prints a stage of the compiler instead of the summary.
 int DumpStage(const CheckOptions& options) {
   // The model is what all stages together make; tokens and ast are stages of the front end.
@@ -135,6 +163,7 @@ int Check(const CheckOptions& options) {
     if (!options.json) PrintRobot(robots.back(), graph);
   }
   Json json = {{"modules", modules}, {"connections", connections}, {"robots", robots}};
+  if (options.attributes) json["attributes"] = AttributeList(*model, options.json);
   int status = kDone;
   if (options.motion.wanted) {
     Json motion;
@@ -157,6 +186,8 @@ void AddCheck(CommandLine* line) {
   sub.Add("FILE", &options->files, "M3L files; several are one model").Required();
   sub.Json(&options->json);
   sub.Add("--dump", &options->dump, "Print a stage instead: tokens, ast or model");
+  sub.Flag("--attributes", &options->attributes,
+           "Also list what `run --set` can change: values, ranges and units");
   AddMotionOptions(&sub, &options->motion);
   sub.Footer(
       "With --motion the exit status is 1 if some links meet.\n"
@@ -166,6 +197,9 @@ void AddCheck(CommandLine* line) {
     if (!IsUsable(options->motion)) return kUnusable;
     if (!options->dump.empty() && options->motion.wanted) {
       return Unusable("--dump prints a stage instead of what --motion finds: choose one of them");
+    }
+    if (!options->dump.empty() && options->attributes) {
+      return Unusable("--dump prints a stage instead of what --attributes lists: choose one");
     }
     return options->dump.empty() ? Check(*options) : DumpStage(*options);
   });

@@ -53,7 +53,7 @@ Result<std::unique_ptr<sim::BulletRobot>> BuildBulletRobot(const RunPlan& plan) 
   // same world.
   options.world.friction = plan.description.friction();
   options.world.ground = plan.description.ground();
-  options.sensor_seed = plan.description.noise_seed();
+  options.noise_seed = plan.description.noise_seed();
   if (Result<void> read = AddObstacles(plan.description, &options.world.obstacles); !read) {
     return Fail(read.error().message);
   }
@@ -305,7 +305,7 @@ void AddPlanOptions(Subcommand* sub, RunOptions* options) {
            "The sensor's noise: standard deviations of each coordinate and turn")
       .TypeName("M,RAD");
   sub->Add("--noise-seed", &options->noise_seed,
-           "Seed of --root-noise and of the noise of sensors (default 1)")
+           "Seed of --root-noise, of the noise of sensors and of mass_spread (default 1)")
       .Range(0, 1'000'000'000);
   sub->Add("--world", &options->world,
            "SDFormat file whose static boxes, cylinders, spheres, planes, meshes and height maps "
@@ -367,6 +367,8 @@ std::optional<RunPlan> PlanCompiled(const RunOptions& options, model::Model mode
   if (robot == nullptr) return std::nullopt;
   // The description holds all of it: what the processes of the run and readers of the log need.
   RunPlan plan;
+  // What is set of the model comes before all that is made of it.
+  if (!SetAttributes(*settings, &model, &plan.description)) return std::nullopt;
   Describe(options, model, *robot, program.image, &plan.description);
   plan.description.set_program_hash(program.hash);
   plan.description.set_run(options.run);

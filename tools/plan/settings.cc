@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "compiler/dynarole/parameters.h"
+#include "compiler/model/attributes.h"
 #include "tools/base/messages.h"
 #include "vm/image/image.h"
 
@@ -53,6 +54,19 @@ bool SetParameters(const std::vector<Setting>& settings, CompiledProgram* progra
     changed.hash = vm::image::ReadU64(bytes + vm::image::kHashAt);
   }
   *program = std::move(changed);
+  return true;
+}
+
+bool SetAttributes(const std::vector<Setting>& settings, model::Model* model,
+                   proto::RunDescription* description) {
+  for (const Setting& setting : settings) {
+    if (!setting.OfModel()) continue;
+    if (Result<void> set = model::SetAttribute(model, setting.name, setting.value); !set) {
+      Unusable("--set: " + set.error().message);
+      return false;
+    }
+    description->add_attributes(setting.name + "=" + setting.value);
+  }
   return true;
 }
 

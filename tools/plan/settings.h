@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "compiler/base/result.h"
+#include "compiler/model/robot_model.h"
+#include "compiler/model/run_description.pb.h"
 #include "tools/base/options.h"
 #include "tools/base/program.h"
 
@@ -36,5 +38,10 @@ std::optional<std::vector<Setting>> ReadSettings(const std::string& params,
 /// Gives the program's parameters their values. Says what is wrong with a setting, and where it
 /// came from; then the program is as it was.
 bool SetParameters(const std::vector<Setting>& settings, CompiledProgram* program);
+
+/// Gives the attributes of the model their values, and says so in the run's description. Says what
+/// is wrong with a setting; the model is of no use then.
+bool SetAttributes(const std::vector<Setting>& settings, model::Model* model,
+                   proto::RunDescription* description);
 
 }  // namespace morphbus::tools
