@@ -81,6 +81,8 @@ inline constexpr int kMaxPrintValues = Capacity(6, 2);
 inline constexpr int kMaxPrintsPerTick = Capacity(8, 1);
 /// Faults that a status holds; further ones are counted only.
 inline constexpr int kMaxFaultsPerTick = Capacity(8, 2);
+/// Changes of parameters for which late messages are understood.
+inline constexpr int kMaxFormerValues = Capacity(4, 2);
 inline constexpr int kMaxRoleChanges = 8;  ///< In kRoleChangeWindowUs; one more freezes the role.
 inline constexpr int kMaxRequests = Capacity(4, 1);  ///< Invocations from outside, a tick.
 

@@ -75,6 +75,10 @@ Result<std::unique_ptr<vm::VerifiedKinematics>> VerifyKinematicsImage(const std:
   return kinematics;
 }
 
+uint64_t HashOfImage(const std::string& image) {
+  return vm::image::ReadU64(reinterpret_cast<const uint8_t*>(image.data()) + vm::image::kHashAt);
+}
+
 Result<uint64_t> KinematicsHash(const std::string& image) {
   const Result<std::unique_ptr<vm::VerifiedKinematics>> kinematics = VerifyKinematicsImage(image);
   if (!kinematics) return Fail(kinematics.error().message);

@@ -35,6 +35,8 @@ std::optional<CompiledProgram> LoadProgram(
 /// outlive it. The error says what is damaged, and at which byte.
 Result<std::unique_ptr<vm::VerifiedProgram>> VerifyProgram(const std::string& image);
 Result<std::unique_ptr<vm::VerifiedKinematics>> VerifyKinematicsImage(const std::string& image);
+/// The hash in the header of a verified program image.
+uint64_t HashOfImage(const std::string& image);
 /// The hash in a kinematics image. Fails for an image that is damaged.
 Result<uint64_t> KinematicsHash(const std::string& image);
 

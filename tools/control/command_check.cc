@@ -26,7 +26,6 @@ CommandCheck::CommandCheck(const model::Model& model, const model::Robot& robot,
 Refusal CommandCheck::Check(const ControlCommand& command) {
   // Names come first: only a command whose names exist can be held against anything else.
   if (Refusal named = CheckNames(command)) return named;
-  if (command.kind == ControlKind::kSet) return CheckSetting(command);
   return command.kind == ControlKind::kDeploy ? CheckImage(command) : Refusal();
 }
 
@@ -67,18 +66,6 @@ Refusal CommandCheck::CheckImage(const ControlCommand& command) {
   // An image in itself sound may still be for other module types than the robot has.
   const std::string why = WhyNotFor(model_, images_.Image(command.program_hash));
   return why.empty() ? Refusal() : Refusal{kUnusable, why};
-}
-
-Refusal CommandCheck::CheckSetting(const ControlCommand& command) {
-  const Result<uint64_t> hash = images_.WithParameter(command.parameter, command.value);
-  if (!hash) return {kUnusable, hash.error().message};
-  if (*hash == images_.newest()) {
-    return {kNo, fmt::format("{} is {} already", command.parameter, command.value)};
-  }
-  // Who says again what was said in another run means the program that ran there.
-  if (command.program_hash == 0 || command.program_hash == *hash) return {};
-  return {kUnusable,
-          fmt::format("the program is another one than {} was set in", command.parameter)};
 }
 
 Refusal CommandCheck::CheckProgram(const ControlCommand& command) {

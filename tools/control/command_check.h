@@ -61,8 +61,6 @@ class CommandCheck {
   [[nodiscard]] Refusal CheckPart(bridge::ControlKind kind, const bridge::ControlPart& part) const;
   /// Is there such an image, and can the robot run it?
   Refusal CheckImage(const bridge::ControlCommand& command);
-  /// Has the newest program such a parameter, which may have this value and has another one?
-  Refusal CheckSetting(const bridge::ControlCommand& command);
 
   const model::Model& model_;
   const model::Robot& robot_;

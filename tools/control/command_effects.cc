@@ -1,7 +1,11 @@
 #include "tools/control/command_effects.h"
 
+#include <fmt/format.h>
+
 #include <vector>
 
+#include "compiler/base/check.h"
+#include "tools/base/messages.h"
 #include "tools/control/program_call.h"
 #include "vm/spread/package.h"
 
@@ -70,8 +74,47 @@ DeploymentSchedule::Order CommandEffects::OrderOf(const ControlCommand& command,
                                                   int64_t tick) const {
   // How long the image needs to reach every module depends on the hops from where it is put in.
   const auto module = static_cast<size_t>(check_.Addressee(command));
-  return {tick, command.at, images_.Image(command.program_hash).size(),
-          sim_.readings().HopsFrom(module), sim_.delivery().whole()};
+  // Another value makes an image no larger.
+  const bool sets = command.kind == ControlKind::kSet;
+  const std::string& image = images_.Image(sets ? ProgramAt(tick) : command.program_hash);
+  return {tick, command.at, image.size(), sim_.readings().HopsFrom(module),
+          sim_.delivery().whole(), sets};
+}
+
+uint64_t CommandEffects::ProgramAt(int64_t tick) const {
+  const auto root = static_cast<size_t>(check_.Addressee({}));
+  const uint64_t hash = schedule_.UnderWay(tick) ? deployed_ : sim_.program_of(root);
+  // Found by its hash, so that it has an image here.
+  const vm::VerifiedProgram* program = images_.Find(hash);
+  return program == nullptr ? 0 : program->hash();
+}
+
+Refusal CommandEffects::CheckSetting(const ControlCommand& command, int64_t tick) {
+  if (sim_.lost(static_cast<size_t>(check_.Addressee(command)))) {
+    return {kNo, "the root is lost, from which values spread"};
+  }
+  const uint64_t base = ProgramAt(tick);
+  const Result<CompiledProgram> program =
+      images_.WithParameter(base, command.parameter, command.value);
+  if (!program) return {kUnusable, program.error().message};
+  if (program->hash == base) {
+    return {kNo, fmt::format("{} is {} already", command.parameter, command.value)};
+  }
+  // Who says again what was said in another run means the program that ran there.
+  if (command.program_hash == 0 || command.program_hash == program->hash) return {};
+  return {kUnusable,
+          fmt::format("the program is another one than {} was set in", command.parameter)};
+}
+
+Refusal CommandEffects::PrepareSetting(ControlCommand* command, int64_t tick) {
+  if (Refusal refusal = CheckSetting(*command, tick)) return refusal;
+  const Result<CompiledProgram> program =
+      images_.WithParameter(ProgramAt(tick), command->parameter, command->value);
+  images_.Keep(*program);
+  command->program_hash = program->hash;
+  // Found once, so that its image is known.
+  if (images_.Find(program->hash) != nullptr) return {};
+  return {kFailed, "the program with this value cannot be verified"};
 }
 
 Result<void> CommandEffects::Push(const ControlCommand& command) {
@@ -89,7 +132,8 @@ void CommandEffects::Deploy(const ControlCommand& command, int64_t tick) {
   const vm::PackageHead head = schedule_.Begin(order, times);
   // The head goes before the image, and gives the package its name.
   const std::string& image = images_.Image(command.program_hash);
-  images_.SetNewest(command.program_hash);
+  MORPHBUS_CHECK(!image.empty());
+  deployed_ = command.program_hash;
   std::vector<uint8_t> package(vm::kPackageHeadBytes);
   vm::WritePackageHead(head, package.data());
   package.insert(package.end(), image.begin(), image.end());

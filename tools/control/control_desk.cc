@@ -17,8 +17,8 @@ using bridge::ControlKind;
 /// Commands that one tick takes: as many as a CLOCK names but one, which is left for a command that
 /// makes a paused run go on.
 constexpr int kMostAtOnce = static_cast<int>(bridge::TickPublisher::kMostAnnounced) - 1;
-/// Bytes that the time of a deployment, with its option, and its hash add to its text.
-constexpr size_t kAddedBytes = 33;
+/// Bytes that the time of a deployment, with its option, adds to its text, and an image's hash.
+constexpr size_t kTimeBytes = 16, kHashBytes = 17;
 /// Seconds after which a sender that waits for a tick hears that it may take longer.
 constexpr double kLaterSeconds = 1;
 
@@ -133,9 +133,11 @@ Refusal ControlDesk::Check(const GivenCommand& given, int64_t tick) {
   // A script says what was done once, and is told nothing that the run did not say then.
   const ControlCommand& command = given.command;
   const bool scripted = given.counter == kNobody;
-  // CLOCK adds the time of a deployment that names none, and the hash of its image.
-  const bool adds = bridge::BringsImage(command.kind);
-  if (!scripted && given.text.size() + (adds ? kAddedBytes : 0) > bridge::kLongestText) {
+  // CLOCK adds the time of a deployment that names none, and the hash of an image that has none yet.
+  const bool brings = bridge::BringsImage(command.kind);
+  const size_t added = (brings && !command.at ? kTimeBytes : 0) +
+                       (brings && command.program_hash == 0 ? kHashBytes : 0);
+  if (!scripted && given.text.size() + added > bridge::kLongestText) {
     return {kUnusable, "the command is too long"};
   }
   const int most = MovesOn(command.kind) ? kMostAtOnce + 1 : kMostAtOnce;
@@ -150,6 +152,13 @@ Refusal ControlDesk::Check(const GivenCommand& given, int64_t tick) {
   // What the modules run by then is certain at the tick alone.
   if (!scripted) {
     if (Refusal refusal = check_.CheckProgram(command)) return refusal;
+    // Which program has the parameter is known only where no other one waits for the same tick.
+    const bool certain = std::ranges::none_of(waiting_, [](const GivenCommand& other) {
+      return bridge::BringsImage(other.command.kind);
+    });
+    if (command.kind == ControlKind::kSet && certain) {
+      if (Refusal refusal = effects_.CheckSetting(command, tick)) return refusal;
+    }
   }
   return CheckTime(given, tick);
 }
@@ -174,17 +183,12 @@ Refusal ControlDesk::CheckTime(const GivenCommand& given, int64_t tick) const {
   return why.empty() ? Refusal() : Refusal{kNo, why};
 }
 
-GivenCommand ControlDesk::Complete(GivenCommand given, int64_t tick) {
+GivenCommand ControlDesk::Complete(GivenCommand given, int64_t tick) const {
   ControlCommand& command = given.command;
   if (!bridge::BringsImage(command.kind)) return given;
-  // What cannot be set is refused by the check, which says why.
-  const uint64_t hash = command.program_hash;
-  if (command.kind == ControlKind::kSet && hash == 0) {
-    command.program_hash = images_.WithParameter(command.parameter, command.value).value_or(0);
-  }
   const DeploymentSchedule::Times times = schedule_.Plan(effects_.OrderOf(command, tick));
   const double at = schedule_.SecondsOf(times.switch_tick);
-  if (command.at == at && command.program_hash == hash) return given;
+  if (command.at == at) return given;
   command.at = at;
   given.text = ControlText(command);
   return given;
@@ -263,7 +267,7 @@ void ControlDesk::BeforeTick(int64_t tick) {
   // Moved out first: what a command leads to may give others.
   for (const GivenCommand& given : std::exchange(waiting_, {})) {
     GivenCommand done = Complete(given, tick);
-    if (const Refusal refusal = DoAt(tick, done)) {
+    if (const Refusal refusal = DoAt(tick, &done)) {
       Refuse(given, refusal, tick);
       continue;
     }
@@ -272,10 +276,14 @@ void ControlDesk::BeforeTick(int64_t tick) {
   }
 }
 
-Refusal ControlDesk::DoAt(int64_t tick, const GivenCommand& given) {
-  if (Refusal refusal = CheckTime(given, tick)) return refusal;
-  if (Refusal refusal = check_.CheckProgram(given.command)) return refusal;
-  const Result<void> done = effects_.Apply(given.command, tick);
+Refusal ControlDesk::DoAt(int64_t tick, GivenCommand* given) {
+  if (given->command.kind == ControlKind::kSet) {
+    if (Refusal refusal = effects_.PrepareSetting(&given->command, tick)) return refusal;
+    given->text = ControlText(given->command);
+  }
+  if (Refusal refusal = CheckTime(*given, tick)) return refusal;
+  if (Refusal refusal = check_.CheckProgram(given->command)) return refusal;
+  const Result<void> done = effects_.Apply(given->command, tick);
   return done ? Refusal() : Refusal{kNo, done.error().message};
 }
 

@@ -61,12 +61,12 @@ class ControlDesk {
   [[nodiscard]] Refusal CheckPause(bridge::ControlKind kind) const;
   /// Is the time that a deployment names one that can be kept, if it is done at `tick`?
   [[nodiscard]] Refusal CheckTime(const GivenCommand& given, int64_t tick) const;
-  /// The command as it is done at `tick`: a deployment has a time, and a setting an image.
-  [[nodiscard]] GivenCommand Complete(GivenCommand given, int64_t tick);
+  /// The command as it is done at `tick`: a deployment has a time.
+  [[nodiscard]] GivenCommand Complete(GivenCommand given, int64_t tick) const;
 
-  /// Does what was given for the tick whose sensors are read next. What is refused has changed
-  /// nothing.
-  Refusal DoAt(int64_t tick, const GivenCommand& given);
+  /// Does what was given for the tick whose sensors are read next; a setting gets its image. What
+  /// is refused has changed nothing.
+  Refusal DoAt(int64_t tick, GivenCommand* given);
   /// Does what waits for no tick. True if the command was of that kind.
   bool DoNow(GivenCommand given);
   /// Sees to it that a process is killed or started, or notes that it was.

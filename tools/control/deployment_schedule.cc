@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "bridge/wire/wire_limits.h"
@@ -25,6 +26,10 @@ std::string DeploymentSchedule::WhyNot(const Order& order, bool endless) const {
   if (switch_tick < order.tick) {
     return fmt::format("--at {}: the run is at {} s already; name a later time, or leave --at out",
                        *order.at, now);
+  }
+  if (order.sets && UnderWay(order.tick) && switch_tick < last_switch_tick_) {
+    return fmt::format("--at {}: the program that has this value is taken up at {} s", *order.at,
+                       SecondsOf(last_switch_tick_));
   }
   if (*order.at > now + kFurthestSwitch) {
     return fmt::format("--at {}: more than {} s ahead of the run, which is at {} s", *order.at,
@@ -67,7 +72,14 @@ DeploymentSchedule::Times DeploymentSchedule::Plan(const Order& order) const {
   const auto tick_us = static_cast<double>(run_.tick_us);
   times.switch_tick = order.at ? static_cast<int64_t>(std::ceil(*order.at * 1e6 / tick_us - 1e-3))
                                : times.from_tick + to_all;
+  // A value of a program that waits for its time does not bring that program forward.
+  if (order.sets && !order.at) times.switch_tick = std::max(times.switch_tick, last_switch_tick_);
   return times;
+}
+
+bool DeploymentSchedule::UnderWay(int64_t tick) const {
+  // In real time modules may be late by as long as they are thought to be there.
+  return last_switch_tick_ >= 0 && tick <= last_switch_tick_ + (run_.realtime ? vm::kSilentTicks : 0);
 }
 
 vm::PackageHead DeploymentSchedule::Begin(const Order& order, const Times& times) {

@@ -28,6 +28,8 @@ class DeploymentSchedule {
     size_t image_bytes = 0;     ///< Size of the program's image.
     int hops = 0;               ///< Dockings between the module that gets it and the furthest one.
     bool last_is_whole = true;  ///< The program before this one has gone out whole.
+    /// It gives the program before this one another value of a parameter, and so comes no earlier.
+    bool sets = false;
   };
   /// When a program is given to its module, piece by piece, and when all modules go over to it.
   struct Times {
@@ -47,6 +49,9 @@ class DeploymentSchedule {
   /// Notes that it is done with these times; returns what heads the package. The later command
   /// wins, also where its module has not heard of the earlier one.
   vm::PackageHead Begin(const Order& order, const Times& times);
+
+  /// Whether modules may still be going over to the last program at a tick.
+  [[nodiscard]] bool UnderWay(int64_t tick) const;
 
   /// Sim time at which a tick begins, seconds.
   [[nodiscard]] double SecondsOf(int64_t tick) const;

@@ -1,5 +1,7 @@
 #include "tools/control/run_images.h"
 
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "compiler/dynarole/parameters.h"
@@ -9,9 +11,15 @@
 #include "vm/limits.h"
 
 namespace morphbus::tools {
+namespace {
+
+/// More than modules run at one time.
+constexpr size_t kMostKept = 8;
+
+}  // namespace
 
 RunImages::RunImages(uint64_t own, std::map<uint64_t, std::string> images, std::string folder)
-    : own_(own), newest_(own), images_(std::move(images)), folder_(std::move(folder)) {}
+    : own_(own), images_(std::move(images)), folder_(std::move(folder)) {}
 
 const vm::VerifiedProgram* RunImages::Find(uint64_t hash) {
   // A module that has not been heard of yet runs what it was started with.
@@ -39,17 +47,33 @@ const std::string& RunImages::Image(uint64_t hash) const {
   return known == verified_.end() ? none : *known->second.image;
 }
 
-Result<uint64_t> RunImages::WithParameter(const std::string& name, const std::string& value) {
-  const vm::VerifiedProgram* program = Find(newest_);
+Result<CompiledProgram> RunImages::WithParameter(uint64_t hash, const std::string& name,
+                                                 const std::string& value) {
+  const vm::VerifiedProgram* program = Find(hash);
   if (program == nullptr) return Fail("nobody knows the program that runs");
-  Result<std::string> image = dynarole::WithParameter(*program, name, value);
-  if (!image) return tl::unexpected(image.error());
-  const auto verified = VerifyProgram(*image);
-  if (!verified) return tl::unexpected(verified.error());
-  const uint64_t hash = (*verified)->hash();
-  if (!verified_.contains(hash)) images_.emplace(hash, std::move(*image));
-  // Find verifies it once more, where it stays.
-  return Find(hash) == nullptr ? Result<uint64_t>(Fail("its image cannot be verified")) : hash;
+  return dynarole::WithParameter(*program, name, value).map([](std::string image) {
+    CompiledProgram compiled;
+    compiled.hash = HashOfImage(image);
+    compiled.image = std::move(image);
+    return compiled;
+  });
+}
+
+void RunImages::Keep(const CompiledProgram& program) {
+  // What the run has from elsewhere, its own image among them, stays as long as it does.
+  if (Find(program.hash) != nullptr) return;
+  images_.emplace(program.hash, program.image);
+  kept_.push_back(program.hash);
+  // Who asks a module what it holds looks there for the name of its source; without it the answer
+  // has no name.
+  if (!folder_.empty()) (void)WriteFile(ImagePath(folder_, program.hash), program.image);
+  while (kept_.size() > kMostKept) {
+    std::error_code ignored;
+    if (!folder_.empty()) std::filesystem::remove(ImagePath(folder_, kept_.front()), ignored);
+    verified_.erase(kept_.front());
+    images_.erase(kept_.front());
+    kept_.pop_front();
+  }
 }
 
 }  // namespace morphbus::tools

@@ -2,11 +2,13 @@
 // The programs that a run has as images, each verified once.
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <string>
 
 #include "compiler/base/result.h"
+#include "tools/base/program.h"
 #include "vm/image/program.h"
 
 namespace morphbus::tools {
@@ -26,13 +28,13 @@ class RunImages {
   /// The image of a program that Find found; empty for others.
   [[nodiscard]] const std::string& Image(uint64_t hash) const;
 
-  /// The program that all modules run in the end: the run's own, or the one that came last.
-  [[nodiscard]] uint64_t newest() const { return newest_; }
-  /// A program goes out to all modules.
-  void SetNewest(uint64_t hash) { newest_ = hash; }
-  /// The hash of the newest program with another value of a parameter, whose image can be found
-  /// from now on. Fails, in a sentence, if it has no such parameter, or that no such value.
-  Result<uint64_t> WithParameter(const std::string& name, const std::string& value);
+  /// The image of a program (by its hash) with another value of a parameter, which Find does not
+  /// find yet. Fails, in a sentence, if it has no such parameter, or that no such value.
+  Result<CompiledProgram> WithParameter(uint64_t hash, const std::string& name,
+                                        const std::string& value);
+  /// Keeps an image that was made so, and lays it into the run's folder. Of many the last ones are
+  /// kept, so that whoever sets values again and again fills neither memory nor disk.
+  void Keep(const CompiledProgram& program);
 
  private:
   /// An image, and what the verifier made of it, which refers to its bytes.
@@ -42,10 +44,10 @@ class RunImages {
   };
 
   uint64_t own_;
-  uint64_t newest_;
   std::map<uint64_t, std::string> images_;  ///< Not verified yet.
   std::string folder_;
   std::map<uint64_t, Verified> verified_;
+  std::deque<uint64_t> kept_;  ///< By Keep, the oldest first.
 };
 
 }  // namespace morphbus::tools

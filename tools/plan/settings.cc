@@ -9,7 +9,6 @@
 #include "compiler/dynarole/parameters.h"
 #include "compiler/model/attributes.h"
 #include "tools/base/messages.h"
-#include "vm/image/image.h"
 
 namespace morphbus::tools {
 
@@ -50,8 +49,7 @@ bool SetParameters(const std::vector<Setting>& settings, CompiledProgram* progra
       return false;
     }
     changed.image = std::move(*image);
-    const auto* bytes = reinterpret_cast<const uint8_t*>(changed.image.data());
-    changed.hash = vm::image::ReadU64(bytes + vm::image::kHashAt);
+    changed.hash = HashOfImage(changed.image);
   }
   *program = std::move(changed);
   return true;

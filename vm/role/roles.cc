@@ -325,13 +325,18 @@ Evaluation EvaluateAs(Context& context, ModuleServices& services, int role, int 
 
 void CarryOver(Context& context, const VerifiedProgram& next) {
   const VerifiedProgram& old = context.program;
+  uint64_t* const former = context.state.former_values.hashes;
+  // Where parameters alone have changed everything goes on, tasks in the middle of their code
+  // included. The role held is not judged for that: only its surroundings are evidence against it.
+  if (old.SameButForParameters(next)) {
+    for (int i = kMaxFormerValues - 1; i > 0; --i) former[i] = former[i - 1];
+    former[0] = old.hash();
+    return;
+  }
+  for (int i = 0; i < kMaxFormerValues; ++i) former[i] = 0;
   ProgramSwitch& change = context.state.program_switch;
   change.previous_hash = old.hash();
   change.tick = context.state.tick;
-  change.same_code = old.SameButForParameters(next);
-  // Where parameters alone have changed everything goes on, tasks in the middle of their code
-  // included. The role held is not judged for that: only its surroundings are evidence against it.
-  if (change.same_code) return;
   for (int r = 0; r < kMaxRoles; ++r) {
     change.renamed[r] = r < old.num_roles() ? FindRole(next, old.role(r).name) : int8_t{-1};
   }

@@ -82,13 +82,14 @@ inline Fault FaultOf(const VerifiedProgram& program, const RunResult& result) {
 }
 
 /// True if what was said under the program of this hash means the same under the one that runs: it
-/// is that one, or the one before if only parameters have changed since. Neighbours' messages of
-/// the tick before, and invocations on their way, are then as good as new ones.
+/// is that one, or one before it if only parameters have changed since. Neighbours' messages of the
+/// tick before, and invocations on their way, are then as good as new ones.
 inline bool MeansTheSame(const Context& context, uint64_t program_hash) {
   if (program_hash == context.program.hash()) return true;
-  const ProgramSwitch& last = context.state.program_switch;
-  return last.same_code && program_hash == last.previous_hash &&
-         context.state.tick - last.tick <= kSilentTicks;
+  for (const uint64_t former : context.state.former_values.hashes) {
+    if (former != 0 && former == program_hash) return true;
+  }
+  return false;
 }
 
 /// A hash over numbers, by which two states of affairs are compared without keeping the earlier

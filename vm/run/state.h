@@ -154,8 +154,12 @@ struct ProgramSwitch {
   int64_t tick = 0;
   /// For each of its roles the one of the same name in the present program; -1 without one.
   int8_t renamed[kMaxRoles] = {};
-  /// It has the same code, and differs in values of parameters at most.
-  bool same_code = false;
+};
+
+/// Programs with the code of the present one and other values of parameters that ran before it, the
+/// last one first; 0: none. What is said under them means the same.
+struct FormerValues {
+  uint64_t hashes[kMaxFormerValues] = {};
 };
 
 /// A joint's motion (vm/role/motion.cc). Degrees, or millimetres for a prismatic joint, in the
@@ -306,6 +310,7 @@ struct VmState {
   BodyTable bodies[kMaxLinks];
   RoleState role;
   ProgramSwitch program_switch;
+  FormerValues former_values;
   JointState joints[kMaxJoints];
   SchedulerState scheduler;
   DiffusionState diffusion;
