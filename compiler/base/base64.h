@@ -3,6 +3,7 @@
 
 #include <sodium/utils.h>
 
+#include <optional>
 #include <string>
 
 namespace morphbus {
@@ -16,6 +17,18 @@ inline std::string Base64(const std::string& bytes) {
                     bytes.size(), kWithPadding);
   text.pop_back();
   return text;
+}
+
+/// The bytes that such a text stands for; nothing if it is none.
+inline std::optional<std::string> FromBase64(const std::string& text) {
+  std::string bytes(text.size() / 4 * 3, '\0');
+  size_t size = 0;
+  const int wrong =
+      sodium_base642bin(reinterpret_cast<unsigned char*>(bytes.data()), bytes.size(), text.data(),
+                        text.size(), nullptr, &size, nullptr, sodium_base64_VARIANT_ORIGINAL);
+  if (wrong != 0) return std::nullopt;
+  bytes.resize(size);
+  return bytes;
 }
 
 }  // namespace morphbus

@@ -5,12 +5,10 @@
 #include <filesystem>
 #include <system_error>
 
-#include "compiler/base/check.h"
 #include "compiler/base/text.h"
 #include "compiler/congruence/variants.h"
-#include "compiler/emit/back_ends.h"
-#include "compiler/m3l/format.h"
 #include "tools/base/print.h"
+#include "tools/base/variants_text.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -40,30 +38,6 @@ std::string ImportPath(const std::string& file, const std::string& output) {
                                    : relative.generic_string();
 }
 
-/// A comment for each way in which a variant would not run like the robot, empty if there is none:
-/// with other masses or hulls it has the same kinematics, but falls and touches the ground
-/// otherwise.
-std::string MassComment(const model::Robot& robot, const congruence::MassComparison& masses) {
-  std::string text;
-  const auto add = [&](const std::string& difference) {
-    text += fmt::format("// Does not run quite as {}: {}.\n", robot.name, difference);
-  };
-  if (!masses.masses_equal) add(masses.mass_difference);
-  if (!masses.hulls_equal) add(masses.hull_difference);
-  return text;
-}
-
-/// The text in the layout that `morphbus format` gives.
-std::string Formatted(const std::string& text) {
-  source::SourceSet sources;
-  source::Diagnostics diagnostics;
-  // The text was made here, so that it must parse: if it does not, that is our bug.
-  const int file = sources.AddText("variants", text);
-  const std::optional<std::string> formatted = m3l::Format(sources, file, &diagnostics);
-  MORPHBUS_CHECK(formatted.has_value());
-  return *formatted;
-}
-
 /// Finds variants and writes them as M3L, with a comment where masses differ.
 int Variants(const VariantsOptions& options) {
   ModelSource source;
@@ -85,23 +59,17 @@ int Variants(const VariantsOptions& options) {
   wanted.max = options.max;
   if (options.sample) wanted.seed = options.seed;
   const std::vector<congruence::Variant> variants = congruence::Variants(model, *robot, wanted);
-  // One robot after the other, each with a remark if it will not run alike.
-  std::string text =
-      fmt::format("// {} of {}: other connections, the same kinematics.\nimport \"{}\"\n",
-                  Counted(variants.size(), "variant"), robot->name, import);
   // Counts those that will not run alike, for the remark at the end.
   size_t unlike = 0;
   Json list = Json::array();
   for (const congruence::Variant& variant : variants) {
-    const std::string comment = MassComment(*robot, variant.masses);
-    unlike += comment.empty() ? 0 : 1;
-    text += "\n" + comment + emit::RobotM3l(model, variant.robot);
+    unlike += variant.masses.masses_equal && variant.masses.hulls_equal ? 0 : 1;
     list.push_back({{"robot", variant.robot.name},
                     {"masses_equal", variant.masses.masses_equal},
                     {"hulls_equal", variant.masses.hulls_equal}});
   }
   // With --json and no file the text is part of the object: stdout holds nothing else.
-  text = Formatted(text);
+  const std::string text = VariantsText(model, *robot, variants, import);
   Json json = {{"robot", robot->name}, {"variants", list}};
   if (options.json && IsStdout(options.output)) {
     json["m3l"] = text;

@@ -79,30 +79,6 @@ std::optional<std::array<double, 2>> ReadNoise(const std::string& text) {
   return usual ? std::optional(noise) : std::nullopt;
 }
 
-/// Says which option is out of its range.
-bool CheckNumbers(const RunOptions& options) {
-  // The first option that is out of its range is named; a number that is none fails its comparison.
-  // Prints what is expected unless the condition holds.
-  const auto demand = [](bool holds, const char* what) {
-    if (!holds) Unusable(what);
-    return holds;
-  };
-  return demand(std::isfinite(options.seconds) && options.seconds >= 0 && options.seconds <= 1e6,
-                "--seconds: expected 0 (until stopped) to 1000000") &&
-         demand(options.loss >= 0 && options.loss <= 0.9,
-                "--loss: expected a fraction, 0 to 0.9") &&
-         demand(std::isfinite(options.speed) && options.speed >= 0,
-                "--speed: expected times real time, or 0 for as fast as possible") &&
-         demand(options.root_sensor || options.root_noise.empty(),
-                "--root-noise is that of a sensor: add --root-sensor") &&
-         demand(!(options.root_sensor && options.still),
-                "--root-sensor measures a place, which nothing has under --still") &&
-         demand(ReadNoise(options.root_noise).has_value(),
-                "--root-noise: expected metres and radians, 0 to 1 each: 0.002,0.01 or "
-                "0.002,0.5deg") &&
-         demand(options.friction >= 0 && options.friction <= 10, "--friction: expected 0 to 10");
-}
-
 /// Everything of the description that the options and the compiled parts say.
 void Describe(const RunOptions& options, const model::Model& model, const model::Robot& robot,
               const std::string& image, proto::RunDescription* d) {
@@ -323,6 +299,29 @@ void AddPlanOptions(Subcommand* sub, RunOptions* options) {
   sub->Add("--run", &options->run, "The run's name (default: a fresh one)");
   sub->Add("-l,--lcm-url", &options->lcm_url,
            "LCM URL (default: $LCM_DEFAULT_URL, else LCM's own)");
+}
+
+bool CheckNumbers(const RunOptions& options) {
+  // The first option that is out of its range is named; a number that is none fails its comparison.
+  // Prints what is expected unless the condition holds.
+  const auto demand = [](bool holds, const char* what) {
+    if (!holds) Unusable(what);
+    return holds;
+  };
+  return demand(std::isfinite(options.seconds) && options.seconds >= 0 && options.seconds <= 1e6,
+                "--seconds: expected 0 (until stopped) to 1000000") &&
+         demand(options.loss >= 0 && options.loss <= 0.9,
+                "--loss: expected a fraction, 0 to 0.9") &&
+         demand(std::isfinite(options.speed) && options.speed >= 0,
+                "--speed: expected times real time, or 0 for as fast as possible") &&
+         demand(options.root_sensor || options.root_noise.empty(),
+                "--root-noise is that of a sensor: add --root-sensor") &&
+         demand(!(options.root_sensor && options.still),
+                "--root-sensor measures a place, which nothing has under --still") &&
+         demand(ReadNoise(options.root_noise).has_value(),
+                "--root-noise: expected metres and radians, 0 to 1 each: 0.002,0.01 or "
+                "0.002,0.5deg") &&
+         demand(options.friction >= 0 && options.friction <= 10, "--friction: expected 0 to 10");
 }
 
 const std::string& RunPlan::kinematics(const std::string& type_name) const {

@@ -102,13 +102,16 @@ struct RunPlan {
   [[nodiscard]] int64_t num_ticks() const;
 };
 
+/// Whether the numbers of the options are good; says which one is out of its range.
+bool CheckNumbers(const RunOptions& options);
+
 /// Compiles and describes a run; what is wrong with the input is printed, and the result is then
 /// empty. The run's name is the one that was asked for, or left empty for the caller to choose. The
 /// world is built once, to learn the world hash.
 /// @param source  if not null, gets where the model is written.
 std::optional<RunPlan> PlanRun(const RunOptions& options, ModelSource* source = nullptr);
 /// The same with a model and a program that are compiled already, for several plans of them; the
-/// options' numbers and name of the run must be good.
+/// options' numbers (CheckNumbers) and name of the run must be good.
 std::optional<RunPlan> PlanCompiled(const RunOptions& options, model::Model model,
                                     const CompiledProgram& program);
 

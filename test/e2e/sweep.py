@@ -1,0 +1,338 @@
+#!/usr/bin/env python3
+"""`morphbus sweep`: the same rows whoever runs them, however often they are disturbed; and what cannot be used is said."""
+import base64
+import csv
+import json
+import os
+import pathlib
+import random
+import re
+import resource
+import shlex
+import signal
+import sqlite3
+import subprocess
+import time
+import unittest
+
+from support import BIN, LIMIT, SOURCE, Case, as_json, await_condition, command, morphbus
+
+MODEL = SOURCE / 'models' / 'molecube.m3l'
+PROGRAMS = SOURCE / 'models' / 'programs'
+ARM = f'model = "{MODEL}"\nprogram = "{PROGRAMS}/arm.dyn"\nrobot = "arm"\n'
+SMALL = ARM + 'seconds = 0.2\nfriction = [0.4, 0.8]\nloss = [0, 0.2]\nseeds = [1, 2]\n'
+# A run of this length ends on no machine while a test waits.
+ENDLESS = 1000000
+
+
+class SweepCase(Case):
+    def sweep_file(self, text, name='s'):
+        path = self.folder / f'{name}.toml'
+        path.write_text(text)
+        return path
+
+    def database(self, name='s'):
+        return self.folder / f'{name}.sweep.db'
+
+    def rows(self, database):
+        """What a sweep came to, without what differs from machine to machine."""
+        text = morphbus('sweep', 'export', database, '--to', 'csv').stdout
+        table = list(csv.DictReader(text.splitlines()))
+        for row in table:
+            del row['wall_seconds'], row['host']
+        return table
+
+    def start(self, *arguments, **options):
+        """A sweep that goes on beside the test, and ends with it."""
+        process = subprocess.Popen(command('sweep', *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+        self.addCleanup(process.communicate)
+        self.addCleanup(process.kill)
+        return process
+
+    def await_done(self, database, count):
+        def enough():
+            done = morphbus('sweep', 'status', database, '--json', status=None)
+            return done.returncode == 0 and json.loads(done.stdout)['done'] >= count
+        await_condition(enough, f'{count} rows are done')
+
+
+def children_of(pid):
+    return [int(child) for task in pathlib.Path(f'/proc/{pid}/task').iterdir() for child in (task / 'children').read_text().split()]
+
+
+class Rows(SweepCase):
+    def test_any_number_of_processes_and_any_interruption_give_the_same_rows(self):
+        file = self.sweep_file(SMALL)
+        morphbus('sweep', file, '--jobs', 1, '-o', self.database('one'))
+        expected = self.rows(self.database('one'))
+        self.assertEqual([row['row'] for row in expected], [str(i + 1) for i in range(8)])
+        self.assertEqual({row['status'] for row in expected}, {'done'})
+        # Of what is lost on the way nothing shows but how much it was.
+        self.assertEqual(len({row['hash'] for row in expected}), 2)
+        morphbus('sweep', file, '--jobs', 2, '-o', self.database('two'))
+        self.assertEqual(self.rows(self.database('two')), expected)
+        # Killed at random, ten times over: what is there is whole, and the rest follows.
+        moment = random.Random(7)
+        for _ in range(10):
+            process = self.start(file, '--jobs', '2', '-o', self.database('killed'))
+            time.sleep(moment.uniform(0, 0.5))
+            process.kill()
+            process.communicate()
+            if self.database('killed').exists():
+                self.assertIn(morphbus('sweep', 'status', self.database('killed'), status=None).returncode, (0, 2))
+        morphbus('sweep', file, '--jobs', 2, '-o', self.database('killed'))
+        self.assertEqual(self.rows(self.database('killed')), expected)
+
+    def test_nothing_is_run_twice(self):
+        file = self.sweep_file(SMALL)
+        morphbus('sweep', file, 'seed=1')
+        first = {row['key']: row for row in json.loads(morphbus('sweep', 'export', file, '--to', 'json').stdout)}
+        self.assertEqual(len(first), 4)
+        # Other rows join them, in other places; wall times tell which were run.
+        morphbus('sweep', file)
+        rows = json.loads(morphbus('sweep', 'export', file, '--to', 'json').stdout)
+        self.assertEqual(len(rows), 8)
+        self.assertEqual({key for key in first if first[key]['wall_seconds'] == next(r for r in rows if r['key'] == key)['wall_seconds']},
+                         set(first))
+
+    def test_a_row_is_a_run(self):
+        file = self.sweep_file(SMALL.replace('0.2\n', '1\n', 1))
+        morphbus('sweep', file, 'friction=0.4', 'loss=0.2', 'seed=2')
+        row, = json.loads(morphbus('sweep', 'export', file, '--to', 'json').stdout)
+        again = as_json('sweep', 'rerun', file, 1, '--log', self.folder / 'x.log')
+        self.assertTrue(again['same'])
+        self.assertEqual(as_json('info', self.folder / 'x.log')['hash'], row['hash'])
+        program, *words = shlex.split(again['command'])
+        self.assertEqual(program, 'morphbus')
+        alone = as_json(*words)
+        self.assertEqual(alone['hash'], row['hash'])
+        figures = row['figures']
+        self.assertEqual([figures[f'displacement.{way}'] for way in ('north', 'up', 'east')], alone['displacement'])
+        self.assertEqual(figures['energy'], alone['energy'])
+        self.assertEqual(figures['walk.max_tilt_rad'], alone['walk']['max_tilt_rad'])
+        self.assertEqual(figures['messages'], alone['messages'])
+
+    def test_variants_run_as_their_file_does(self):
+        quadruped = f'model = "{SOURCE}/models/mtran.m3l"\nprogram = "{PROGRAMS}/quadruped.dyn"\nrobot = "quadruped"\nseconds = 0.2\nvariants = 1\n'
+        file = self.sweep_file(quadruped)
+        morphbus('sweep', file)
+        self.assertEqual([row['variant'] for row in self.rows(self.database())], ['quadruped', 'quadruped_variant_1'])
+        again = as_json('sweep', 'rerun', file, 2)
+        # In so short a time no module takes a role, which is status 1.
+        done = subprocess.run(['sh', '-ec', again['command'] + ' --json'], cwd=self.folder, capture_output=True, text=True, check=False,
+                              env={**os.environ, 'PATH': f'{BIN}:{os.environ["PATH"]}'})
+        self.assertEqual(json.loads(done.stdout)['hash'], again['before'])
+
+    def test_samples_and_lists(self):
+        text = ARM + 'seconds = 0.02\nmethod = "latin"\nsamples = 4\nfriction = {from = 0, to = 1}\nseed = {among = [3, 4]}\n' \
+            '[[run]]\nloss = 0.1\n[[run]]\nfriction = 0.5\n'
+        file = self.sweep_file(text)
+        morphbus('sweep', file)
+        rows = self.rows(self.database())
+        self.assertEqual(len(rows), 8)
+        # Each quarter has one sample.
+        self.assertEqual(sorted(int(float(row['friction']) * 4) for row in rows[:4]), [0, 1, 2, 3])
+        self.assertEqual([(row['friction'], row['loss']) for row in rows[4:]], [('0.5', '')] * 4)
+        self.assertLessEqual({row['seed'] for row in rows}, {'3', '4'})
+        self.assertEqual(as_json('sweep', file, '--dry-run')['rows'], 8)
+
+    def test_a_chunk_is_all_that_another_machine_needs(self):
+        file = self.sweep_file(SMALL)
+        morphbus('sweep', file, 'seed=1')
+        with sqlite3.connect(self.database()) as base:
+            inputs = base.execute('SELECT place, key, parts, own FROM plan JOIN inputs USING (key) ORDER BY place').fetchall()
+            parts = base.execute('SELECT hash, bytes FROM parts').fetchall()
+            version, = base.execute('SELECT DISTINCT version FROM results').fetchone()
+            results = base.execute('SELECT hash, figures FROM plan JOIN results USING (key) ORDER BY place').fetchall()
+        text = lambda some: base64.b64encode(some).decode()
+        lines = [{'chunk': 1, 'version': version}, *({'part': part, 'bytes': text(some)} for part, some in parts),
+                 *({'row': place, 'key': key, 'parts': json.loads(names), 'own': text(own), 'log': ''} for place, key, names, own in inputs)]
+        chunk, answers = self.folder / 'chunk', self.folder / 'answers'
+        chunk.write_text('\n'.join(map(json.dumps, lines)) + '\n')
+        morphbus('sweep', 'worker', chunk, '-o', answers, cwd='/')
+        self.assertEqual([(row['hash'], row['figures']) for row in map(json.loads, answers.read_text().splitlines())], results)
+        chunk.write_text(json.dumps({'chunk': 1, 'version': '0.0.1'}) + '\n')
+        self.assertIn('the same program has to run it', morphbus('sweep', 'worker', chunk, '-o', answers, status=2).stderr)
+
+
+class Failures(SweepCase):
+    def test_a_run_that_crashes_or_hangs_is_its_rows_failure(self):
+        file = self.sweep_file(ARM + f'seconds = [0.1, {ENDLESS}, 0.2]\n')
+        process = self.start(file, '--jobs', '1')
+        self.await_done(self.database(), 1)
+        worker, = children_of(process.pid)
+        os.kill(worker, signal.SIGKILL)
+        _, errors = process.communicate(timeout=LIMIT)
+        self.assertEqual(process.returncode, 3, errors)
+        self.assertEqual([row['status'] for row in self.rows(self.database())], ['done', 'crashed', 'done'])
+        self.assertIn('killed by signal 9', self.rows(self.database())[1]['error'])
+        # The others are done, so that the limit meets this one alone.
+        morphbus('sweep', file, '--retry', '--timeout', '1', status=3)
+        rows = as_json('sweep', 'missing', file, status=1)['missing']
+        self.assertEqual([(row['row'], row['status'], row['error']) for row in rows], [(2, 'timeout', 'it was not done after 1 s')])
+        # Without --retry it stays so.
+        morphbus('sweep', file, status=3)
+
+    def test_ctrl_c_leaves_whole_rows(self):
+        file = self.sweep_file(ARM + f'seconds = [0.1, {ENDLESS}]\n')
+        process = self.start(file, '--jobs', '1')
+        self.await_done(self.database(), 1)
+        workers = children_of(process.pid)
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=LIMIT)
+        self.assertEqual((process.returncode, 'the same command goes on' in errors), (1, True), output + errors)
+        self.assertEqual([row['status'] for row in self.rows(self.database())], ['done', 'missing'])
+        self.assertFalse([worker for worker in workers if pathlib.Path(f'/proc/{worker}').exists()])
+
+    def test_only_one_writes(self):
+        file = self.sweep_file(ARM + f'seconds = [0.1, {ENDLESS}]\n')
+        self.start(file, '--jobs', '1')
+        self.await_done(self.database(), 1)
+        self.assertIn('another sweep is writing', morphbus('sweep', file, status=2).stderr)
+
+    def test_a_full_disk_loses_nothing(self):
+        # Many rows, whose figures need more room than what it takes to run them.
+        file = self.sweep_file(ARM + f'seconds = 0.02\nfriction = [0.4, 0.8]\nseeds = {list(range(1, 17))}\n')
+        morphbus('sweep', file)
+        expected = self.rows(self.database())
+        room = self.database().stat().st_size - 12288
+
+        def little_room():
+            # Beyond the limit writing fails as on a full disk. That the signal does not kill is morphbus' own doing.
+            signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+
+        # Also for what runs keep in memory, which is less here.
+        full = self.database('full')
+        done = subprocess.run(command('sweep', file, '--jobs', '1', '-o', full), capture_output=True, text=True, timeout=LIMIT,
+                              preexec_fn=little_room, check=False)
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertRegex(done.stderr, f'cannot write {full}: .*what was written before is whole')
+        morphbus('sweep', file, '-o', full)
+        self.assertEqual(self.rows(full), expected)
+
+    def test_a_database_that_is_none_is_named(self):
+        file = self.sweep_file(ARM + 'seconds = 0.02\n')
+        morphbus('sweep', file)
+        whole = self.database().read_bytes()
+        def fails(content, expected):
+            self.database().write_bytes(content)
+            for words in (('status', file), ('export', file, '--to', 'csv'), (file,)):
+                self.assertRegex(morphbus('sweep', *words, status=2).stderr, expected)
+        fails(whole[:len(whole) // 2], r'cut or damaged.*\.recover')
+        fails(whole[:50], r'cut or damaged')
+        fails(b'no database, but a text of some length\n' * 10, r'cut or damaged|something else')
+        # The version of the tables is at 60, the application at 68 (SQLite's file format).
+        fails(whole[:60] + (99).to_bytes(4, 'big') + whole[64:], r'newer morphbus \(its tables are of version 99')
+        fails(whole[:68] + bytes(4) + whole[72:], r'a database of something else')
+        self.database().unlink()
+        self.assertIn('there is no ', morphbus('sweep', 'status', file, status=2).stderr)
+
+    def test_verify_finds_a_row_that_differs(self):
+        file = self.sweep_file(ARM + 'seconds = 0.02\nseeds = [1, 2, 3]\n')
+        morphbus('sweep', file)
+        self.assertEqual(as_json('sweep', 'verify', file, '--sample', 1)['agree'], 3)
+        with sqlite3.connect(self.database()) as base:
+            base.execute("UPDATE results SET hash = 'f' WHERE key = (SELECT key FROM plan WHERE place = 2)")
+        verdict = as_json('sweep', 'verify', file, '--sample', 1, status=1)
+        self.assertEqual([row['row'] for row in verdict['differ']], [2])
+        morphbus('sweep', 'rerun', file, 2, status=1)
+        morphbus('sweep', 'rerun', file, 1)
+
+
+class Expectations(SweepCase):
+    def test_what_does_not_hold_is_status_1_with_the_commands(self):
+        good = '[[expect]]\nthat = "num_faults == 0 and status == \'done\'"\n[[expect]]\nsame = "hash"\nover = ["loss", "seeds"]\n'
+        file = self.sweep_file(SMALL + good)
+        self.assertTrue(all(one['holds'] for one in as_json('sweep', file)['expectations']))
+        bad = '[[expect]]\nsame = "hash"\nover = ["friction"]\n[[expect]]\nthat = "gait.forward_m > 1 mm"\nwhere = "seed == 2"\n'
+        self.sweep_file(SMALL + bad)
+        friction, gait = as_json('sweep', file, status=1)['expectations']
+        self.assertEqual([one['row'] for one in friction['failures']], [5, 6, 7, 8])
+        # There is no gait in so short a time.
+        self.assertEqual([(one['row'], one['why']) for one in gait['failures']],
+                         [(row, 'it is not known: gait.forward_m is not known') for row in (2, 4, 6, 8)])
+        first = friction['failures'][0]
+        # In so short a time no module takes a role, which is status 1.
+        alone = as_json(*shlex.split(first['command'])[1:], status=1)
+        self.assertEqual(alone['hash'], self.rows(self.database())[4]['hash'])
+        self.assertIn(first['command'], morphbus('sweep', file, status=1).stdout)
+
+    def test_logs_are_kept_of_the_best(self):
+        file = self.sweep_file(SMALL.replace('0.2\n', '1\n', 1).replace('loss = [0, 0.2]\nseeds = [1, 2]\n', '')
+                               + 'keep = {best = 1, by = "path_length"}\n')
+        log, = as_json('sweep', file)['logs']
+        best = max(self.rows(self.database()), key=lambda row: float(row['path_length']))
+        self.assertEqual(as_json('info', log)['hash'], best['hash'])
+        # It is kept once.
+        self.assertEqual(as_json('sweep', file)['logs'], [])
+
+
+class WrongFiles(SweepCase):
+    def test_what_is_wrong_has_its_place(self):
+        for line, text, expected in (
+                (5, 'frction = 0.8', "a sweep has no 'frction'.*did you mean 'friction'"),
+                (5, 'friction = []', 'the list is empty'),
+                (5, 'friction = [0.1, 0.1]', '0.1 stands in the list twice'),
+                (5, 'friction = "high"', 'expected a number'),
+                (5, 'friction = {from = 1, to = 0, step = 1}', 'expected more than 1'),
+                (5, 'friction = {from = 0, to = 1}', 'of this samples are drawn'),
+                (5, 'friction = {frm = 0, to = 1}', "did you mean 'from'"),
+                (5, 'friction = {from = 0, to = 1, step = 1e-9}', 'more than 1000000 values'),
+                (5, 'friction = {from = 0, to = 1, count = 3, log = true}', 'no logarithm'),
+                (5, 'loss = 20', 'expected a fraction'),
+                (5, 'seed = -1', 'expected a whole number'),
+                (5, 'method = "latn"', "did you mean 'latin'"),
+                (5, 'method = "latin"', 'nothing to draw'),
+                (5, 'seed = 1\nseeds = [2]', "'seed' was said already"),
+                (5, 'keep = {best = 3}', "'best' and 'by' belong together"),
+                (6, '[[expect]]\nthat = "gait.forward_m >= 3 furlongs"', "no unit 'furlongs'"),
+                (6, '[[expect]]\nthat = "gaits.forward_m >= 3"', "there is no figure 'gaits.forward_m'.*did you mean 'gait'"),
+                (7, '[[expect]]\nsame = "hash"\nover = ["sed"]', "no axis 'sed'"),
+                (5, '[[run]]\nfriction = [1, 2]', 'one value of each'),
+                (5, 'friction = 0.8 0.9', ''),
+                (5, 'friction = 1979-05-27', 'expected a number, a text')):
+            with self.subTest(text):
+                done = morphbus('sweep', self.sweep_file(ARM + 'seconds = 1\n' + text + '\n'), status=2)
+                self.assertRegex(done.stderr, re.compile(rf'^{self.folder}/s\.toml:\d+:\d+: error: ', re.M))
+                self.assertRegex(done.stderr, re.compile(expected, re.S))
+                if not text.startswith(('[[run', 'seed = 1')):
+                    self.assertIn(f's.toml:{line}:', done.stderr)
+        self.assertFalse(self.database().exists())
+
+    def test_what_no_run_can_be_told_is_refused_with_its_row(self):
+        for text, expected in (('friction = [0.5, 11]', '--friction: expected 0 to 10'), ('root = "m99"', "no module 'm99'"),
+                               ('world = "nowhere.sdf"', 'nowhere.sdf')):
+            done = morphbus('sweep', self.sweep_file(ARM + 'seconds = 1\n' + text), status=2)
+            self.assertIn(expected, done.stderr)
+            self.assertRegex(done.stderr, r'row \d of \d cannot run: .*' + re.escape(text.split()[0]))
+        self.assertFalse(self.database().exists())
+        done = morphbus('sweep', self.sweep_file(ARM.replace('arm.dyn', 'nothing.dyn') + 'seconds = 1\n'), status=2)
+        self.assertIn('nothing.dyn', done.stderr)
+
+    def test_words_of_the_command_line_have_their_place_too(self):
+        file = self.sweep_file(ARM + 'seconds = 1\n')
+        for word, expected in (('frction=', 'expected NAME=VALUES'), ('friction=a', 'command line:1:10: error: expected a number'),
+                               ('friction=1..0:1', 'expected more than 1'), ('seed=1..9', 'of this samples are drawn')):
+            self.assertIn(expected, morphbus('sweep', file, word, status=2).stderr)
+        self.assertIn("there is no engine 'slrm'", morphbus('sweep', file, '--engine', 'slrm', status=2).stderr)
+        self.assertIn("there is no command 'statsu' (did you mean 'status'?)", morphbus('sweep', 'statsu', file, status=2).stderr)
+        self.assertEqual(as_json('sweep', file, 'friction=0.1..0.3:0.1', 'seed=1,2', '--dry-run')['axes'], {'friction': 3, 'seed': 2})
+
+
+class Document(SweepCase):
+    def test_the_commands_of_the_page_work(self):
+        page = (SOURCE / 'docs' / 'sweep.md').read_text(encoding='utf-8')
+        (self.folder / 'creep.toml').write_text(re.findall(r'```toml\n(.*?)```', page, re.S)[0])
+        (self.folder / 'models').symlink_to(SOURCE / 'models')
+        commands, = re.findall(r'```sh\n(.*?)```', page, re.S)
+        for line in commands.splitlines():
+            morphbus(*shlex.split(line)[1:], cwd=self.folder)
+        self.assertEqual(len(list(csv.DictReader((self.folder / 'creep.csv').read_text().splitlines()))), 8)
+        query = re.search(r'`sqlite3 creep.sweep.db "(.*?)"`', page).group(1).replace('\\"', '"')
+        with sqlite3.connect(self.folder / 'creep.sweep.db') as base:
+            self.assertEqual(len(base.execute(query).fetchall()), 8)
+
+
+if __name__ == '__main__':
+    unittest.main()

@@ -1,0 +1,309 @@
+// morphbus sweep: runs a robot many times.
+
+#include "tools/commands/sweep.h"
+
+#include <fmt/format.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <thread>
+
+#include "compiler/base/text.h"
+#include "compiler/base/version.h"
+#include "tools/base/json.h"
+#include "tools/commands/commands.h"
+#include "tools/launch/launcher_link.h"
+#include "tools/sweep/expectations.h"
+#include "tools/sweep/sweep_estimate.h"
+#include "tools/sweep/sweep_rows.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// Failures of an expectation that are named, and repeated by commands, where there may be
+/// thousands.
+constexpr size_t kShownFailures = kMostNamed;
+
+/// A sweep, read and planned.
+struct ReadySweep {
+  SweepFile file;
+  SweepPlan plan;
+  /// The file's text, and behind it what the command line said.
+  std::string text;
+};
+
+/// Reads and plans; nothing after saying what is wrong.
+std::optional<ReadySweep> Prepare(const SweepOptions& options) {
+  if (options.engine != "local") {
+    return Refuse(fmt::format("--engine: there is no engine '{}'; there is local", options.engine));
+  }
+  const Result<std::string> text = ReadFile(options.file, size_t{16} << 20);
+  if (!text) return Refuse(text.error().message);
+  source::SourceSet sources;
+  source::Diagnostics diagnostics;
+  const int file = sources.AddText(options.file, *text);
+  std::optional<SweepFile> sweep =
+      ReadSweepFile(&sources, file, options.file, options.overrides, &diagnostics);
+  PrintDiagnostics(diagnostics, sources);
+  if (!sweep) return std::nullopt;
+  std::optional<SweepPlan> plan = PlanSweep(*sweep);
+  if (!plan) return std::nullopt;
+  ReadySweep ready = {std::move(*sweep), std::move(*plan), *text};
+  for (const std::string& word : options.overrides) ready.text += "# " + word + "\n";
+  return ready;
+}
+
+/// --dry-run: what it would be.
+int Estimate(const ReadySweep& sweep, const SweepOptions& options) {
+  const Result<SweepEstimate> estimate = EstimateOf(sweep.plan);
+  if (!estimate) return Failed(estimate.error().message);
+  const double seconds = estimate->run_seconds / JobsOf(options);
+  Json axes = Json::object();
+  std::vector<std::string> texts;
+  for (const SweepAxis& axis : sweep.file.axes) {
+    if (axis.kind == SweepAxis::Kind::kEach && axis.values.size() == 1) continue;
+    const bool each = axis.kind == SweepAxis::Kind::kEach;
+    const auto count = static_cast<int64_t>(each ? axis.values.size() : sweep.file.samples);
+    axes[axis.name] = count;
+    texts.push_back(fmt::format("  {}: {}\n", axis.name,
+                                each ? Counted(count, "value") : Counted(count, "sample")));
+  }
+  if (options.json) {
+    PrintJson({{"rows", sweep.plan.rows.size()},
+               {"runs", estimate->runs},
+               {"axes", axes},
+               {"jobs", JobsOf(options)},
+               {"wall_seconds", seconds},
+               {"bytes", estimate->bytes}});
+    return kDone;
+  }
+  Print("{}{}\n{}", Counted(static_cast<int64_t>(sweep.plan.rows.size()), "row"),
+        estimate->runs == static_cast<int64_t>(sweep.plan.rows.size())
+            ? ""
+            : fmt::format(", of which {} differ", estimate->runs),
+        fmt::join(texts, ""));
+  Print("about {} with {}, and {:.1f} MB\n", DurationText(seconds),
+        Counted(JobsOf(options), "process", "processes"),
+        static_cast<double>(estimate->bytes) / 1e6);
+  return kDone;
+}
+
+/// Runs what is missing. Says what goes wrong, and returns the exit status of that.
+int RunMissing(SweepStore* store, const SweepOptions& options) {
+  Result<std::unique_ptr<MissingRows>> rows = MissingRows::Of(store);
+  if (!rows) return Unusable(rows.error().message);
+  const Result<void> run = RunLocally({JobsOf(options), options.timeout}, rows->get());
+  const Result<void> finished = (*rows)->Finish();
+  if (run && finished) return kDone;
+  return Failed(
+      fmt::format("{}; what was written before is whole, and the same command goes on there",
+                  (run ? finished : run).error().message));
+}
+
+/// Keeps the logs that the file asks for. Returns their paths, or says what goes wrong.
+std::optional<std::vector<std::string>> KeepLogs(const SweepFile& file, SweepStore* store,
+                                                 const SweepOptions& options) {
+  RepeatedRows rows(store);
+  std::filesystem::path folder = store->path();
+  folder.replace_extension(".logs");
+  if (const Result<void> added = AddKept(store, file.keep, folder.string(), &rows); !added) {
+    return Refuse(added.error().message);
+  }
+  std::vector<std::string> logs;
+  if (rows.rows() == 0) return logs;
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return Refuse(fmt::format("cannot make {}: {}", folder.string(), error.message()));
+  if (const Result<void> run = RunLocally({JobsOf(options), options.timeout}, &rows); !run) {
+    Failed(run.error().message);
+    return std::nullopt;
+  }
+  for (const RowRepeat& repeat : rows.Repeats()) {
+    logs.push_back(repeat.log);
+    if (!repeat.same())
+      Warn(fmt::format("row {} went another way when its log was kept (morphbus sweep verify)",
+                       repeat.place));
+  }
+  return logs;
+}
+
+/// Prints an expectation with the first rows that do not fulfil it, and the commands that do those
+/// runs again.
+void PrintExpectation(const ExpectationResult& result, const std::string& folder) {
+  const auto failed = static_cast<int64_t>(result.failures.size());
+  if (failed == 0) {
+    Print("  holds: {} ({})\n", result.text, Counted(result.rows, "row"));
+    return;
+  }
+  Print("  FAILS: {} ({} of {})\n", result.text, failed, Counted(result.rows, "row"));
+  for (size_t i = 0; i < std::min(result.failures.size(), kShownFailures); ++i) {
+    const RowFailure& failure = result.failures[i];
+    Print("    row {}: {}\n      {}\n", failure.place, EscapeControl(failure.why),
+          RunCommand(failure.point, folder));
+  }
+  if (result.failures.size() > kShownFailures) {
+    Print("    and {} more (--json)\n", result.failures.size() - kShownFailures);
+  }
+}
+
+Json ExpectationJson(const ExpectationResult& result, const std::string& folder) {
+  Json failures = Json::array();
+  for (const RowFailure& failure : result.failures) {
+    failures.push_back({{"row", failure.place},
+                        {"why", failure.why},
+                        {"inputs", failure.point},
+                        {"command", RunCommand(failure.point, folder)}});
+  }
+  return {{"expect", result.text},
+          {"rows", result.rows},
+          {"holds", result.failures.empty()},
+          {"failures", failures}};
+}
+
+/// What there is to say at the end; returns the exit status.
+int Report(const ReadySweep& sweep, SweepStore* store, const SweepOptions& options,
+           const std::vector<std::string>& logs, double seconds) {
+  const Result<RowCounts> counts = store->Counts();
+  if (!counts) return Unusable(counts.error().message);
+  const bool whole = counts->missing() == 0;
+  // What is not there yet cannot be judged.
+  Result<std::vector<ExpectationResult>> expectations = std::vector<ExpectationResult>();
+  if (whole) expectations = CheckExpectations(sweep.file, store);
+  if (!expectations) return Unusable(expectations.error().message);
+  const bool holds =
+      std::ranges::all_of(*expectations, [](const auto& one) { return one.failures.empty(); });
+  const int64_t failed = counts->failed + counts->crashed + counts->timeout;
+  if (options.json) {
+    Json list = Json::array();
+    for (const ExpectationResult& one : *expectations)
+      list.push_back(ExpectationJson(one, sweep.file.folder));
+    PrintJson({{"database", store->path()},
+               {"rows", counts->rows},
+               {"done", counts->done},
+               {"failed", counts->failed},
+               {"crashed", counts->crashed},
+               {"timeout", counts->timeout},
+               {"missing", counts->missing()},
+               {"wall_seconds", seconds},
+               {"expectations", list},
+               {"logs", logs}});
+  } else {
+    Print("{} of {} done{} in {}: {}\n", counts->done, Counted(counts->rows, "row"),
+          failed == 0 ? "" : fmt::format(", {} failed", failed), DurationText(seconds),
+          store->path());
+    for (const ExpectationResult& one : *expectations) PrintExpectation(one, sweep.file.folder);
+    for (const std::string& log : logs) Print("  log {}\n", log);
+  }
+  if (!whole) {
+    Say("stopped; {} left, with which the same command goes on\n",
+        Counted(counts->missing(), "row"));
+    return kNo;
+  }
+  if (failed > 0) {
+    Say("morphbus sweep missing {} lists the rows that failed, --retry runs them again\n",
+        ShellWord(store->path()));
+  }
+  return !holds ? kNo : failed > 0 ? kFailed : kDone;
+}
+
+/// morphbus sweep FILE.
+int RunSweep(const SweepOptions& options) {
+  const std::optional<ReadySweep> sweep = Prepare(options);
+  if (!sweep) return kUnusable;
+  if (options.dry_run) return Estimate(*sweep, options);
+  const std::string path = options.output.empty() ? DatabaseOf(options.file) : options.output;
+  Result<std::unique_ptr<SweepStore>> store = SweepStore::OpenToWrite(path);
+  if (!store) return Unusable(store.error().message);
+  CatchSignals();
+  std::error_code unknown;
+  const std::string folder =
+      std::filesystem::absolute(sweep->file.folder.empty() ? "." : sweep->file.folder, unknown)
+          .string();
+  Result<void> planned = (*store)->SetPlan(sweep->plan, folder, sweep->text);
+  if (planned && options.retry) planned = (*store)->ForgetFailed();
+  if (!planned) return Failed(planned.error().message);
+  const WallTimer timer;
+  if (const int status = RunMissing(store->get(), options); status != kDone) return status;
+  std::optional<std::vector<std::string>> logs = std::vector<std::string>();
+  if (CaughtSignal() == 0) logs = KeepLogs(sweep->file, store->get(), options);
+  if (!logs) return kFailed;
+  return Report(*sweep, store->get(), options, *logs, timer.seconds());
+}
+
+void AddSweepRun(CommandLine* line) {
+  Subcommand sub = line->Add("run", "Run what is missing of a sweep (the word may be left out)");
+  auto options = std::make_shared<SweepOptions>();
+  sub.Add("FILE", &options->file, "The sweep, in TOML (docs/sweep.md)").Required();
+  sub.Add("VALUES", &options->overrides,
+          "In the place of what the file says: amplitude=10,20 or seed=1..9:1");
+  sub.Flag("--dry-run", &options->dry_run,
+           "Only say how many runs it is, about how long and how large");
+  sub.Add("-o,--output", &options->output, "The database (default: FILE.sweep.db beside the file)");
+  sub.Add("--engine", &options->engine, "Where it runs: local (default)");
+  sub.Add("-j,--jobs", &options->jobs, "Processes (default: one a processor)").Range(1, 1024);
+  sub.Add("--timeout", &options->timeout,
+          "Wall time that a run may take (default: 60 s and 20 times its own)")
+      .Seconds();
+  sub.Flag("--retry", &options->retry, "Also run those again that failed");
+  sub.Json(&options->json);
+  sub.Footer(
+      "Exit status 1: an expectation of the file does not hold, or a signal ended it; 3: runs "
+      "failed.\n"
+      "Examples:\n"
+      "  morphbus sweep walk.toml --dry-run\n"
+      "  morphbus sweep walk.toml seed=1..20:1 --jobs 4");
+  sub.Do([options] { return RunSweep(*options); });
+}
+
+/// The words behind `morphbus sweep` are a command line of their own.
+int Sweep(const std::vector<std::string>& words) {
+  CommandLine line("morphbus sweep",
+                   "Run a robot many times: parameters, programs, robots, worlds, seeds.",
+                   "Examples:\n"
+                   "  morphbus sweep walk.toml --dry-run\n"
+                   "  morphbus sweep walk.toml\n"
+                   "  morphbus sweep export walk.toml --to csv -o walk.csv",
+                   std::string("morphbus ") + Version());
+  AddSweepRun(&line);
+  AddSweepQueries(&line);
+  std::vector<const char*> arguments = {"morphbus sweep"};
+  // A file, or an option of the first command, stands for that command.
+  const std::string first = words.empty() ? "" : words.front();
+  const bool file = first.find_first_of("./") != std::string::npos;
+  if (file) arguments.push_back("run");
+  for (const std::string& word : words) arguments.push_back(word.c_str());
+  const std::optional<int> status =
+      line.Parse(static_cast<int>(arguments.size()), arguments.data());
+  return status ? *status : line.action()();
+}
+
+}  // namespace
+
+std::string DatabaseOf(const std::string& file) {
+  return std::filesystem::path(file).replace_extension(".sweep.db").string();
+}
+
+std::unique_ptr<SweepStore> OpenNamed(const std::string& name) {
+  Result<std::unique_ptr<SweepStore>> store =
+      SweepStore::OpenToRead(name.ends_with(".toml") ? DatabaseOf(name) : name);
+  if (store) return std::move(*store);
+  Unusable(store.error().message);
+  return nullptr;
+}
+
+int JobsOf(const SweepOptions& options) {
+  if (options.jobs > 0) return options.jobs;
+  // Those that this process may use, which in a container or job are fewer than the machine has.
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  if (sched_getaffinity(0, sizeof set, &set) == 0) return std::max(1, CPU_COUNT(&set));
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+void AddSweep(CommandLine* line) {
+  line->Add("sweep", "Run a robot many times, over parameters, robots, worlds and seeds")
+      .PassArguments(Sweep);
+}
+
+}  // namespace morphbus::tools

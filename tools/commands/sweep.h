@@ -1,0 +1,48 @@
+#pragma once
+// What the subcommands of `morphbus sweep` share (sweep.cc, sweep_queries.cc).
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/base/options.h"
+#include "tools/sweep/sweep_store.h"
+
+namespace morphbus::tools {
+
+/// The options of `morphbus sweep run` and of those that look at what it left.
+struct SweepOptions {
+  /// The sweep's file, or its database.
+  std::string file;
+  /// NAME=VALUES, over what the file says.
+  std::vector<std::string> overrides;
+  std::string output;
+  std::string engine = "local";
+  int jobs = 0;  ///< 0: as many as the machine has processors.
+  double timeout = 0;
+  bool dry_run = false;
+  bool retry = false;
+  bool json = false;
+  bool force = false;
+  int row = 0;
+  std::string log;
+  double sample = 0.05;
+  uint64_t seed = 1;
+  std::string format;
+  int fd = -1;
+};
+
+/// The database of a sweep's file, beside it: walk.toml has walk.sweep.db.
+std::string DatabaseOf(const std::string& file);
+/// The database that the user named, by its own name or that of the sweep's file, opened for
+/// reading. Null after saying why it cannot be used.
+std::unique_ptr<SweepStore> OpenNamed(const std::string& name);
+/// How many processes run: those that were asked for, or one a processor.
+int JobsOf(const SweepOptions& options);
+
+/// Adds those that look at a database, or run rows of it again: status, missing, rerun, verify,
+/// export, worker.
+void AddSweepQueries(CommandLine* line);
+
+}  // namespace morphbus::tools

@@ -1,0 +1,277 @@
+// morphbus sweep status, missing, rerun, verify, export and worker: what looks at the rows of a
+// sweep, or runs some of them again.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compiler/base/text.h"
+#include "compiler/base/version.h"
+#include "tools/base/json.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/sweep.h"
+#include "tools/launch/launcher_link.h"
+#include "tools/sweep/sweep_export.h"
+#include "tools/sweep/sweep_rows.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// Rows that are listed where there may be thousands; --json has all.
+constexpr int64_t kShownRows = 20;
+
+int Status(const SweepOptions& options) {
+  const std::unique_ptr<SweepStore> store = OpenNamed(options.file);
+  if (!store) return kUnusable;
+  const Result<RowCounts> counts = store->Counts();
+  if (!counts) return Unusable(counts.error().message);
+  // Rows of several versions need not go together.
+  std::set<std::string> versions;
+  double seconds = 0;
+  const Result<void> read = store->EachRow([&](const StoredRow& row) {
+    if (!row.result) return true;
+    versions.insert(row.result->version);
+    seconds += row.result->seconds;
+    return true;
+  });
+  if (!read) return Unusable(read.error().message);
+  if (options.json) {
+    PrintJson({{"database", store->path()},
+               {"rows", counts->rows},
+               {"done", counts->done},
+               {"failed", counts->failed},
+               {"crashed", counts->crashed},
+               {"timeout", counts->timeout},
+               {"missing", counts->missing()},
+               {"of_earlier_plans", counts->others},
+               {"run_seconds", seconds},
+               {"versions", versions}});
+    return kDone;
+  }
+  Print("{}: {} of {} done, {} failed, {} crashed, {} out of time, {} missing\n", store->path(),
+        counts->done, Counted(counts->rows, "row"), counts->failed, counts->crashed,
+        counts->timeout, counts->missing());
+  if (counts->others > 0) Print("  and {} of earlier plans\n", Counted(counts->others, "result"));
+  if (versions.size() > 1) {
+    Print(
+        "  run by several versions of morphbus ({}): morphbus sweep verify says whether they "
+        "agree\n",
+        fmt::join(versions, ", "));
+  }
+  return kDone;
+}
+
+int Missing(const SweepOptions& options) {
+  const std::unique_ptr<SweepStore> store = OpenNamed(options.file);
+  if (!store) return kUnusable;
+  Json rows = Json::array();
+  int64_t count = 0;
+  const Result<void> read = store->EachRow([&](const StoredRow& row) {
+    if (row.result && row.result->status == RowResult::Status::kRan) return true;
+    ++count;
+    const std::string status = row.result ? StatusText(row.result->status) : "missing";
+    const std::string error = row.result ? row.result->error : "";
+    if (options.json) {
+      rows.push_back(
+          {{"row", row.place}, {"status", status}, {"error", error}, {"inputs", row.point}});
+    } else if (count <= kShownRows) {
+      Print("row {} {}: {}{}\n", row.place, status, PointText(row.point),
+            error.empty() ? "" : "; " + EscapeControl(error));
+    }
+    return true;
+  });
+  if (!read) return Unusable(read.error().message);
+  if (options.json) {
+    PrintJson({{"missing", rows}});
+  } else if (count > kShownRows) {
+    Print("and {} more (--json)\n", count - kShownRows);
+  }
+  return count == 0 ? kDone : kNo;
+}
+
+int Rerun(const SweepOptions& options) {
+  const std::unique_ptr<SweepStore> store = OpenNamed(options.file);
+  if (!store) return kUnusable;
+  const Result<std::optional<StoredRow>> row = store->RowAt(options.row);
+  if (!row) return Unusable(row.error().message);
+  if (!*row) return Unusable(fmt::format("{} has no row {}", store->path(), options.row));
+  const Result<std::string> description = store->DescriptionOf((*row)->key);
+  const Result<std::string> folder = store->Folder();
+  if (!description || !folder)
+    return Unusable((description ? folder : description).error().message);
+  if (!options.log.empty() && !MayWriteLog(options.log, options.force, {store->path()}))
+    return kUnusable;
+  const RowResult result = RunForRow(*description, options.log);
+  // A row that has not been run has nothing to agree with.
+  const bool done = result.status == RowResult::Status::kRan;
+  const std::optional<RowResult>& before = (*row)->result;
+  const bool known = before && before->status == RowResult::Status::kRan;
+  const bool same = !known || (before->hash == result.hash && before->figures == result.figures);
+  const std::string command = RunCommand((*row)->point, *folder);
+  if (options.json) {
+    PrintJson({{"row", options.row},
+               {"inputs", (*row)->point},
+               {"hash", done ? Json(result.hash) : Json(nullptr)},
+               {"before", known ? Json(before->hash) : Json(nullptr)},
+               {"same", done && same},
+               {"figures", Json::parse(result.figures)},
+               {"log", options.log.empty() ? Json(nullptr) : Json(options.log)},
+               {"command", command}});
+  } else {
+    Print("row {}: {}\n  hash {}{}\n  {}\n", options.row, PointText((*row)->point),
+          done ? result.hash : "-",
+          !known ? ""
+          : same ? ", the same as before"
+                 : ", before it was " + before->hash,
+          command);
+  }
+  if (!done) return Failed(result.error);
+  return same ? kDone : kNo;
+}
+
+int Verify(const SweepOptions& options) {
+  const std::unique_ptr<SweepStore> store = OpenNamed(options.file);
+  if (!store) return kUnusable;
+  CatchSignals();
+  RepeatedRows rows(store.get());
+  if (const Result<void> added = AddSample(store.get(), options.sample, options.seed, &rows);
+      !added) {
+    return Unusable(added.error().message);
+  }
+  if (rows.rows() == 0) return Unusable(fmt::format("{} has no row that is done", store->path()));
+  if (const Result<void> run = RunLocally({JobsOf(options), options.timeout}, &rows); !run) {
+    return Failed(run.error().message);
+  }
+  Json differ = Json::array();
+  int64_t agree = 0;
+  for (const RowRepeat& repeat : rows.Repeats()) {
+    if (repeat.same()) {
+      ++agree;
+      continue;
+    }
+    differ.push_back({{"row", repeat.place},
+                      {"status", StatusText(repeat.now.status)},
+                      {"hash", repeat.now.hash},
+                      {"before", repeat.before.hash},
+                      {"version", repeat.now.version},
+                      {"version_before", repeat.before.version},
+                      {"host_before", repeat.before.host}});
+  }
+  if (options.json) {
+    PrintJson({{"rows", rows.taken()},
+               {"agree", agree},
+               {"stopped", CaughtSignal() != 0},
+               {"differ", differ}});
+  } else {
+    Print("{} of {} agree\n", agree, Counted(rows.taken(), "row"));
+    for (size_t i = 0; i < std::min(differ.size(), kMostNamed); ++i) {
+      Print("  row {}: {} {}, before {} by {} on {}\n", differ[i]["row"].get<int64_t>(),
+            differ[i]["status"].get<std::string>(), differ[i]["hash"].get<std::string>(),
+            differ[i]["before"].get<std::string>(), differ[i]["version_before"].get<std::string>(),
+            differ[i]["host_before"].get<std::string>());
+    }
+    if (differ.size() > kMostNamed) Print("  and {} more (--json)\n", differ.size() - kMostNamed);
+  }
+  return differ.empty() && CaughtSignal() == 0 ? kDone : kNo;
+}
+
+int Export(const SweepOptions& options) {
+  const bool csv = options.format == "csv";
+  if (!csv && options.format != "json") {
+    return Unusable(fmt::format("--to: there is no format '{}'{}; there are csv and json",
+                                options.format, DidYouMean(options.format, {"csv", "json"})));
+  }
+  const std::unique_ptr<SweepStore> store = OpenNamed(options.file);
+  if (!store) return kUnusable;
+  if (!MayWrite(options.output, csv ? outputs::kSweepCsv : outputs::kSweepJson, options.force,
+                {store->path()})) {
+    return kUnusable;
+  }
+  Result<std::unique_ptr<OutputFile>> file = OutputFile::Create(options.output);
+  if (!file) return Unusable(file.error().message);
+  Result<void> written =
+      csv ? WriteCsv(store.get(), file->get()) : WriteJson(store.get(), file->get());
+  if (written) written = (*file)->Close();
+  return written ? kDone : Unusable(written.error().message);
+}
+
+/// A subcommand that looks at a database.
+struct Query {
+  Subcommand sub;
+  std::shared_ptr<SweepOptions> options;
+};
+Query AddQuery(CommandLine* line, const char* name, const char* what) {
+  Query query = {line->Add(name, what), std::make_shared<SweepOptions>()};
+  query.sub
+      .Add("DB", &query.options->file, "The sweep's database, or its file, beside which that lies")
+      .Required();
+  return query;
+}
+void AddJobs(Query* query) {
+  query->sub.Add("-j,--jobs", &query->options->jobs, "Processes (default: one a processor)")
+      .Range(1, 1024);
+  query->sub
+      .Add("--timeout", &query->options->timeout,
+           "Wall time that a run may take (default: 60 s and 20 times its own)")
+      .Seconds();
+}
+
+void AddWorker(CommandLine* line) {
+  Subcommand sub = line->Add("worker", "Run the rows of a chunk: what the processes of a sweep do");
+  auto options = std::make_shared<SweepOptions>();
+  sub.Add("CHUNK", &options->file, "File with rows and all that they need");
+  sub.Add("-o,--output", &options->output, "File for the results, a line of JSON each");
+  sub.Add("--fd", &options->fd, "Socket for both, in the place of files").Hidden();
+  sub.Footer("Example:\n  morphbus sweep worker chunk.jsonl -o results.jsonl");
+  sub.Do([options] {
+    return options->fd >= 0 ? ServeRows(options->fd) : RunChunk(options->file, options->output);
+  });
+}
+
+}  // namespace
+
+void AddSweepQueries(CommandLine* line) {
+  Query status = AddQuery(line, "status", "How many rows are done, failed and missing");
+  status.sub.Json(&status.options->json);
+  status.sub.Footer("Example:\n  morphbus sweep status walk.toml");
+  status.sub.Do([options = status.options] { return Status(*options); });
+
+  Query missing =
+      AddQuery(line, "missing", "The rows that are not done, and why those failed that did");
+  missing.sub.Json(&missing.options->json);
+  missing.sub.Footer(
+      "Exit status 1: there are such rows.\nExample:\n  morphbus sweep missing walk.toml");
+  missing.sub.Do([options = missing.options] { return Missing(*options); });
+
+  Query rerun = AddQuery(line, "rerun", "Run a row again, which must come to the same hash");
+  rerun.sub.Add("ROW", &rerun.options->row, "Its number").Range(1, 1'000'000).Required();
+  rerun.sub.Add("--log", &rerun.options->log, "Keep its log");
+  rerun.sub.Force(&rerun.options->force);
+  rerun.sub.Json(&rerun.options->json);
+  rerun.sub.Footer(
+      "Exit status 1: another hash.\nExample:\n  morphbus sweep rerun walk.toml 7 --log "
+      "seventh.log");
+  rerun.sub.Do([options = rerun.options] { return Rerun(*options); });
+
+  Query verify =
+      AddQuery(line, "verify", "Run a share of the rows again, which must come to the same hashes");
+  verify.sub.Add("--sample", &verify.options->sample, "The share (default: 5%)").Fraction();
+  verify.sub.Seed(&verify.options->seed, "Seed by which rows are drawn (default 1)");
+  AddJobs(&verify);
+  verify.sub.Json(&verify.options->json);
+  verify.sub.Footer(
+      "Exit status 1: rows differ.\nExample:\n  morphbus sweep verify walk.toml --sample 10%");
+  verify.sub.Do([options = verify.options] { return Verify(*options); });
+
+  Query exported = AddQuery(line, "export", "All rows as a table or as JSON");
+  exported.options->output = "-";
+  exported.sub.Add("--to", &exported.options->format, "csv or json").Required();
+  exported.sub.Add("-o,--output", &exported.options->output, "File to write (default '-', stdout)");
+  exported.sub.Force(&exported.options->force);
+  exported.sub.Footer("Example:\n  morphbus sweep export walk.toml --to csv -o walk.csv");
+  exported.sub.Do([options = exported.options] { return Export(*options); });
+
+  AddWorker(line);
+}
+
+}  // namespace morphbus::tools

@@ -1,0 +1,257 @@
+#include "tools/sweep/local_engine.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <vector>
+
+#include "tools/base/descriptor.h"
+#include "tools/base/messages.h"
+#include "tools/base/output_path.h"
+#include "tools/machine/child_process.h"
+#include "tools/machine/wall_clock.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// How often the engine looks at clocks and signals, milliseconds.
+constexpr int kLookMs = 100;
+
+/// Writes all of it. False if the other end is gone.
+bool SendAll(int fd, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t sent = send(fd, text.data(), text.size(), MSG_NOSIGNAL);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent <= 0) return false;
+    text.remove_prefix(static_cast<size_t>(sent));
+  }
+  return true;
+}
+
+/// Appends what can be read. False at the end.
+bool ReceiveSome(int fd, std::string* buffer) {
+  char block[65536];
+  ssize_t got = 0;
+  do got = recv(fd, block, sizeof block, 0);
+  while (got < 0 && errno == EINTR);
+  if (got > 0) buffer->append(block, static_cast<size_t>(got));
+  return got > 0;
+}
+
+/// Takes a whole line off the front of the buffer, without its line feed.
+std::optional<std::string> TakeLine(std::string* buffer) {
+  const size_t end = buffer->find('\n');
+  if (end == std::string::npos) return std::nullopt;
+  std::string line = buffer->substr(0, end);
+  buffer->erase(0, end + 1);
+  return line;
+}
+
+/// A process, and the row that it runs.
+class Worker {
+ public:
+  static Result<std::unique_ptr<Worker>> Start() {
+    int ends[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
+      return Fail(fmt::format("cannot make a socket: {}", std::strerror(errno)));
+    }
+    Descriptor ours(ends[0]), theirs(ends[1]);
+    ChildProcess::Options options;
+    options.name = "a process of the sweep";
+    options.argv = {OwnProgram(), "sweep", "worker", "--fd", std::to_string(theirs.get())};
+    options.inherited_fds = {theirs.get()};
+    options.quiet = true;
+    Result<ChildProcess> process = ChildProcess::Start(options);
+    if (!process) return Fail(process.error().message);
+    std::unique_ptr<Worker> worker(new Worker(std::move(ours), std::move(*process)));
+    SendAll(worker->fd(), ChunkLine());
+    return worker;
+  }
+
+  /// Hands a row over, with those of its parts that the process does not have.
+  Result<void> Give(RowTask task, double limit_s, RowSource* source) {
+    std::string text;
+    for (const std::string& hash : task.inputs.parts) {
+      if (std::ranges::find(parts_, hash) != parts_.end()) continue;
+      const Result<std::string> bytes = source->Part(hash);
+      if (!bytes) return Fail(bytes.error().message);
+      text += PartLine(hash, *bytes);
+    }
+    // The process keeps those of the last row alone.
+    parts_ = task.inputs.parts;
+    // One that is gone shows by its end of the socket.
+    SendAll(fd(), text + RowLine(task));
+    task_ = std::move(task);
+    limit_s_ = limit_s;
+    timer_ = std::make_unique<WakingTimer>();
+    return {};
+  }
+
+  /// Reads what came. True if the row's result is there, which `result` then gets; `gone` if the
+  /// process has closed its end.
+  bool Receive(RowResult* result, bool* gone) {
+    *gone = !ReceiveSome(fd(), &buffer_);
+    const std::optional<std::string> line = TakeLine(&buffer_);
+    if (!line) return false;
+    Result<PlacedResult> read = ReadResult(*line);
+    if (!read || !task_ || read->place != task_->place) return false;
+    *result = std::move(read->result);
+    return true;
+  }
+
+  /// How the process ended, once it has closed its end.
+  std::string AwaitEnd() {
+    // The kernel closes its descriptors a moment before it is gone.
+    pollfd ended = {process_.pidfd(), POLLIN, 0};
+    while (!process_.Poll()) poll(&ended, 1, kLookMs);
+    return process_.exit_text();
+  }
+
+  [[nodiscard]] int fd() const { return fd_.get(); }
+  [[nodiscard]] bool late() { return task_ && timer_->seconds() > limit_s_; }
+  [[nodiscard]] double limit_s() const { return limit_s_; }
+  [[nodiscard]] const std::optional<RowTask>& task() const { return task_; }
+  std::optional<RowTask> TakeTask() { return std::exchange(task_, std::nullopt); }
+
+ private:
+  Worker(Descriptor fd, ChildProcess process) : fd_(std::move(fd)), process_(std::move(process)) {}
+
+  Descriptor fd_;
+  ChildProcess process_;
+  std::string buffer_;
+  std::optional<RowTask> task_;
+  std::vector<std::string> parts_;
+  double limit_s_ = 0;
+  std::unique_ptr<WakingTimer> timer_;
+};
+
+/// All of them.
+class LocalEngine {
+ public:
+  LocalEngine(const LocalOptions& options, RowSource* source)
+      : options_(options), source_(*source) {}
+
+  Result<void> Run() {
+    for (int i = 0; i < options_.jobs && !drained_; ++i) {
+      if (Result<void> begun = Begin(nullptr); !begun) return begun;
+    }
+    while (!workers_.empty() && source_.GoOn()) {
+      std::vector<pollfd> fds;
+      for (const auto& worker : workers_) fds.push_back({worker->fd(), POLLIN, 0});
+      poll(fds.data(), fds.size(), kLookMs);
+      // Those that are done leave the list, so that it is gone through from its end.
+      for (size_t i = fds.size(); i-- > 0;) {
+        if (Result<void> looked = Look(i, fds[i].revents != 0); !looked) return looked;
+      }
+    }
+    return {};
+  }
+
+ private:
+  /// Gives the next row to a worker, or to a new one. Without one it is let go.
+  Result<void> Begin(std::unique_ptr<Worker> worker) {
+    Result<std::optional<RowTask>> task = source_.Next();
+    if (!task) return Fail(task.error().message);
+    drained_ = !*task;
+    if (drained_) return {};
+    if (!worker) {
+      Result<std::unique_ptr<Worker>> started = Worker::Start();
+      if (!started) return Fail(started.error().message);
+      worker = std::move(*started);
+    }
+    const double limit = options_.timeout_s > 0 ? options_.timeout_s : 60 + 20 * SimSeconds(**task);
+    if (Result<void> given = worker->Give(std::move(**task), limit, &source_); !given) return given;
+    workers_.push_back(std::move(worker));
+    return {};
+  }
+
+  /// How long the run is, in simulated time (s).
+  static double SimSeconds(const RowTask& task) {
+    proto::RunDescription own;
+    return own.ParseFromString(task.inputs.own) ? own.seconds() : 0;
+  }
+
+  /// Looks after one worker: what it says, and whether its time is over.
+  Result<void> Look(size_t index, bool speaks) {
+    RowResult result = NewResult();
+    bool gone = false;
+    const bool answered = speaks && workers_[index]->Receive(&result, &gone);
+    const bool late = !answered && !gone && workers_[index]->late();
+    if (!answered && !gone && !late) return {};
+    std::unique_ptr<Worker> worker = std::move(workers_[index]);
+    workers_.erase(workers_.begin() + static_cast<std::ptrdiff_t>(index));
+    const RowTask task = *worker->TakeTask();
+    if (gone && !answered) {
+      result.status = RowResult::Status::kCrashed;
+      result.error = "its process " + worker->AwaitEnd();
+    } else if (late) {
+      result.status = RowResult::Status::kTimeout;
+      result.error = fmt::format("it was not done after {:g} s", worker->limit_s());
+    }
+    // A process that hangs or crashed is none for the next row.
+    if (!answered) worker.reset();
+    // The process goes on before the result is put away.
+    if (Result<void> begun = Begin(std::move(worker)); !begun) return begun;
+    return source_.Take(task, result);
+  }
+
+  const LocalOptions& options_;
+  RowSource& source_;
+  std::vector<std::unique_ptr<Worker>> workers_;
+  /// There are no rows any more.
+  bool drained_ = false;
+};
+
+}  // namespace
+
+Result<void> RunLocally(const LocalOptions& options, RowSource* source) {
+  return LocalEngine(options, source).Run();
+}
+
+int ServeRows(int fd) {
+  ChunkRunner runner;
+  std::string buffer;
+  while (ReceiveSome(fd, &buffer)) {
+    while (const std::optional<std::string> line = TakeLine(&buffer)) {
+      const Result<std::optional<std::string>> answer = runner.Take(*line);
+      if (!answer) return Unusable(answer.error().message);
+      if (*answer && !SendAll(fd, **answer)) return kDone;
+    }
+  }
+  return kDone;
+}
+
+int RunChunk(const std::string& chunk, const std::string& output) {
+  if (chunk.empty() || output.empty()) return Unusable("expected CHUNK and -o RESULTS");
+  if (!MayWrite(output, outputs::kSweepResults, false, {chunk})) return kUnusable;
+  std::ifstream lines(chunk);
+  if (!lines) return Unusable(fmt::format("cannot read {}: {}", chunk, std::strerror(errno)));
+  // Each line reaches the file at once: whoever is killed has lost the row under way alone.
+  const std::string partial = output + ".partial";
+  const Descriptor fd(open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+  const auto failed = [&partial] {
+    return Failed(fmt::format("cannot write {}: {}", partial, std::strerror(errno)));
+  };
+  if (fd.get() < 0) return failed();
+  ChunkRunner runner;
+  std::string line;
+  while (std::getline(lines, line)) {
+    const Result<std::optional<std::string>> answer = runner.Take(line);
+    if (!answer) return Unusable(fmt::format("{}: {}", chunk, answer.error().message));
+    const std::string text = answer->value_or("");
+    if (write(fd.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size()))
+      return failed();
+  }
+  return rename(partial.c_str(), output.c_str()) == 0 ? kDone : failed();
+}
+
+}  // namespace morphbus::tools

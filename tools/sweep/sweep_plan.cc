@@ -1,0 +1,178 @@
+#include "tools/sweep/sweep_plan.h"
+
+#include <fmt/format.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <filesystem>
+#include <memory>
+#include <tuple>
+#include <utility>
+
+#include "compiler/base/text.h"
+#include "compiler/m3l/compile.h"
+#include "tools/base/variants_text.h"
+#include "tools/base/work_progress.h"
+#include "tools/sweep/sampling.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// A model, with the variants that run of one of its robots.
+struct SweepModel {
+  model::Model model;
+  /// Their names; that of the robot itself is the first one.
+  std::vector<std::string> robots;
+};
+
+/// Adds `count` variants of a robot to a model, as the file of `morphbus variants` that imports it
+/// would. Nothing, after saying why, if there are not so many.
+std::optional<SweepModel> WithVariants(const std::string& path, const model::Model& model,
+                                       const std::string& robot_name, int count) {
+  const model::Robot* robot = PickRobot(model, robot_name);
+  if (robot == nullptr) return std::nullopt;
+  congruence::VariantOptions wanted;
+  wanted.max = static_cast<size_t>(count);
+  const std::vector<congruence::Variant> variants = congruence::Variants(model, *robot, wanted);
+  if (static_cast<int>(variants.size()) < count) {
+    return Refuse(fmt::format("variants = {}: {} of {} are found", count,
+                              Counted(static_cast<int64_t>(variants.size()), "variant"),
+                              robot->name));
+  }
+  // The text stands for a file beside the model, which nobody needs to write.
+  const std::filesystem::path file(path);
+  const std::string text = VariantsText(model, *robot, variants, file.filename().string());
+  m3l::CompileOutput output =
+      m3l::CompileText((file.parent_path() / (robot->name + "_variants.m3l")).string(), text);
+  PrintDiagnostics(output.diagnostics, output.sources);
+  if (!output.model) return std::nullopt;
+  SweepModel made = {std::move(*output.model), {robot->name}};
+  for (const congruence::Variant& variant : variants) made.robots.push_back(variant.robot.name);
+  return made;
+}
+
+/// Plans one row after the other. What was compiled for one row serves the next.
+class RowPlanner {
+ public:
+  RowPlanner(const SweepFile& sweep, SweepPlan* plan) : sweep_(sweep), plan_(*plan) {}
+
+  bool Add(const RunPoint& point) {
+    RunOptions options = OptionsOf(point, sweep_.folder);
+    const SweepModel* model = ModelOf(options);
+    if (model == nullptr) return false;
+    PlannedRow row;
+    row.point = point;
+    if (sweep_.variants > 0) {
+      // The model may have but one robot, whose name nobody needed to say.
+      row.point["robot"] = model->robots.front();
+      options.robot = model->robots[point.value(kVariant, 0)];
+      row.point[kVariant] = options.robot;
+    }
+    const CompiledProgram* program = ProgramOf(options, *model);
+    if (program == nullptr || !CheckNumbers(options)) return false;
+    std::optional<RunPlan> plan = PlanCompiled(options, model->model, *program);
+    if (!plan) return false;
+    row.key = KeyOf(plan->description);
+    row.inputs = Split(std::move(plan->description));
+    plan_.rows.push_back(std::move(row));
+    return true;
+  }
+
+ private:
+  /// The model of a run, null after printing what is wrong with it.
+  const SweepModel* ModelOf(const RunOptions& options) {
+    const std::string robot = sweep_.variants > 0 ? options.robot : "";
+    const auto [found, fresh] = models_.try_emplace({options.model_file, robot});
+    if (!fresh) return found->second ? &*found->second : nullptr;
+    std::optional<model::Model> model = LoadModel({options.model_file});
+    if (!model) return nullptr;
+    found->second = sweep_.variants > 0
+                        ? WithVariants(options.model_file, *model, robot, sweep_.variants)
+                        : SweepModel{std::move(*model), {}};
+    return found->second ? &*found->second : nullptr;
+  }
+
+  /// Its program, likewise.
+  const CompiledProgram* ProgramOf(const RunOptions& options, const SweepModel& model) {
+    const auto [found, fresh] = programs_.try_emplace({options.program_file, &model});
+    if (fresh) found->second = LoadProgram(options.program_file, keywords::KeywordsOf(model.model));
+    return found->second ? &*found->second : nullptr;
+  }
+
+  /// Takes a description apart into what many rows share and the rest.
+  RowInputs Split(proto::RunDescription description) {
+    proto::RunDescription robot, program, world;
+    robot.set_model(std::move(*description.mutable_model()));
+    robot.mutable_kinematics()->Swap(description.mutable_kinematics());
+    program.set_program_image(std::move(*description.mutable_program_image()));
+    world.set_world(std::move(*description.mutable_world()));
+    world.mutable_world_meshes()->Swap(description.mutable_world_meshes());
+    world.mutable_world_heights()->Swap(description.mutable_world_heights());
+    world.set_faults(std::move(*description.mutable_faults()));
+    description.clear_model();
+    description.clear_program_image();
+    description.clear_world();
+    description.clear_faults();
+    RowInputs inputs;
+    for (const proto::RunDescription* part : {&robot, &program, &world}) {
+      const std::string bytes = part->SerializeAsString();
+      if (bytes.empty()) continue;
+      inputs.parts.push_back(HashText(bytes));
+      plan_.parts.try_emplace(inputs.parts.back(), bytes);
+    }
+    // When it was planned is nobody's business, so that equal sweeps have equal bytes.
+    description.clear_started();
+    inputs.own = description.SerializeAsString();
+    return inputs;
+  }
+
+  const SweepFile& sweep_;
+  SweepPlan& plan_;
+  /// By path, and by robot where variants of it run.
+  std::map<std::pair<std::string, std::string>, std::optional<SweepModel>> models_;
+  std::map<std::pair<std::string, const SweepModel*>, std::optional<CompiledProgram>> programs_;
+};
+
+}  // namespace
+
+std::string HashText(const std::string& bytes) {
+  const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
+  return Hex(hash.high64) + Hex(hash.low64);
+}
+
+std::string KeyOf(const proto::RunDescription& description) {
+  proto::RunDescription inputs = description;
+  // What people call things, when it was, and what follows from the rest or from the machine.
+  inputs.clear_run();
+  inputs.clear_started();
+  inputs.clear_model_file();
+  inputs.clear_program_file();
+  inputs.clear_world_file();
+  inputs.clear_faults_file();
+  inputs.clear_lcm_schema();
+  inputs.clear_world_hash();
+  inputs.clear_build();
+  inputs.clear_arithmetic();
+  // The message has no maps, so that equal ones have equal bytes.
+  return HashText(inputs.SerializeAsString());
+}
+
+std::optional<SweepPlan> PlanSweep(const SweepFile& sweep) {
+  const Result<std::vector<RunPoint>> points = PointsOf(sweep);
+  if (!points) return Refuse(points.error().message);
+  SweepPlan plan;
+  RowPlanner planner(sweep, &plan);
+  WorkProgress progress;
+  for (const RunPoint& point : *points) {
+    const size_t row = plan.rows.size() + 1;
+    if (!planner.Add(point)) {
+      return Refuse(
+          fmt::format("row {} of {} cannot run: {}", row, points->size(), PointText(point)));
+    }
+    progress.Show("planned", static_cast<double>(row) / static_cast<double>(points->size()));
+  }
+  return plan;
+}
+
+}  // namespace morphbus::tools
