@@ -43,7 +43,7 @@ World::World(const RigidBodyModel& rigid_bodies, const WorldOptions& options)
     engine_->AddObstacle(obstacle, friction);
   }
   for (const BodySpec& body : rigid_bodies_.bodies) engine_->AddBody(body, friction);
-  engine_->dynamics.SetFrictions(rigid_bodies_.bodies, options_.obstacles);
+  engine_->dynamics.SetFrictions(rigid_bodies_.bodies, options_.obstacles, friction);
   for (const JointSpec& joint : rigid_bodies_.joints) {
     engine_->AddJoint(joint, options_.servo_gain_per_s);
   }

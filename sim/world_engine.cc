@@ -43,23 +43,27 @@ int LinkOfPart(const btCollisionObject& object, int part) {
 }
 
 void FrictionWorld::SetFrictions(const std::vector<BodySpec>& bodies,
-                                 const std::vector<world::Obstacle>& obstacles) {
+                                 const std::vector<world::Obstacle>& obstacles,
+                                 double ground_friction) {
   const bool any = std::ranges::any_of(bodies, [](const BodySpec& body) {
     return std::ranges::any_of(body.links,
                                [](const LinkSpec& link) { return link.friction.has_value(); });
   });
   bodies_ = any ? &bodies : nullptr;
-  obstacles_ = &obstacles;
+  // Where the ground has no friction, obstacles have none either.
+  obstacles_ = ground_friction > 0.0 ? &obstacles : nullptr;
 }
 
-std::optional<double> FrictionWorld::OwnFriction(const btCollisionObject& object, int part) const {
-  if (const int body = object.getUserIndex(); body >= 0) {
-    const int link = LinkOfPart(object, part);
-    return link < 0 ? std::nullopt : (*bodies_)[body].links[link].friction;
-  }
+std::optional<double> FrictionWorld::LinkFriction(const btCollisionObject& object, int part) const {
+  const int body = object.getUserIndex();
+  const int link = body < 0 ? -1 : LinkOfPart(object, part);
+  return link < 0 ? std::nullopt : (*bodies_)[body].links[link].friction;
+}
+
+std::optional<double> FrictionWorld::ObstacleFriction(const btCollisionObject& object) const {
   // The ground has neither number.
-  const int obstacle = object.getUserIndex2();
-  return obstacle < 0 ? std::nullopt : (*obstacles_)[obstacle].friction;
+  const int obstacle = object.getUserIndex() >= 0 ? -1 : object.getUserIndex2();
+  return obstacle < 0 || obstacles_ == nullptr ? std::nullopt : (*obstacles_)[obstacle].friction;
 }
 
 void FrictionWorld::solveConstraints(btContactSolverInfo& info) {
@@ -68,8 +72,12 @@ void FrictionWorld::solveConstraints(btContactSolverInfo& info) {
     btPersistentManifold& manifold = *getDispatcher()->getManifoldByIndexInternal(i);
     for (int k = 0; k < manifold.getNumContacts(); ++k) {
       btManifoldPoint& point = manifold.getContactPoint(k);
-      const auto a = OwnFriction(*manifold.getBody0(), point.m_index0);
-      const auto b = OwnFriction(*manifold.getBody1(), point.m_index1);
+      auto a = LinkFriction(*manifold.getBody0(), point.m_index0);
+      auto b = LinkFriction(*manifold.getBody1(), point.m_index1);
+      // What no link with a coefficient of its own touches is the engine's.
+      if (!a && !b) continue;
+      if (!a) a = ObstacleFriction(*manifold.getBody0());
+      if (!b) b = ObstacleFriction(*manifold.getBody1());
       // Of two coefficients the geometric mean counts, as for Bullet; one alone counts as it is.
       if (a && b) {
         point.m_combinedFriction = std::sqrt(*a * *b);

@@ -46,14 +46,15 @@ class FrictionWorld : public btDiscreteDynamicsWorld {
   /// From now on links have the frictions of `bodies`, if any has one of its own, and obstacles
   /// those of `obstacles`. Both outlive this.
   void SetFrictions(const std::vector<BodySpec>& bodies,
-                    const std::vector<world::Obstacle>& obstacles);
+                    const std::vector<world::Obstacle>& obstacles, double ground_friction);
 
  protected:
   void solveConstraints(btContactSolverInfo& info) override;
 
  private:
-  /// The coefficient of its own that one side of a contact has, if any.
-  [[nodiscard]] std::optional<double> OwnFriction(const btCollisionObject& object, int part) const;
+  /// The coefficient of its own that the link, or the obstacle, on one side of a contact has.
+  [[nodiscard]] std::optional<double> LinkFriction(const btCollisionObject& object, int part) const;
+  [[nodiscard]] std::optional<double> ObstacleFriction(const btCollisionObject& object) const;
 
   /// Null where no link has a friction of its own: Bullet's products then are right already.
   const std::vector<BodySpec>* bodies_ = nullptr;

@@ -1,8 +1,13 @@
 #include "bridge/description/program_words.h"
 
+#include "compiler/dynarole/parameters.h"
 #include "vm/image/print_line.h"
 
 namespace morphbus::bridge {
+
+bool IsOwnProgram(const RunModel& run, const vm::VerifiedProgram& program) {
+  return run.has_program && run.images.program().SameButForParameters(program);
+}
 
 const vm::VerifiedProgram* ProgramWords::Find(uint64_t hash, std::string* file) {
   // The run's own program is the one of nearly all reports; its file is called as it was given.
@@ -21,11 +26,22 @@ const vm::VerifiedProgram* ProgramWords::Find(uint64_t hash, std::string* file) 
     known = verified_.emplace(hash, std::move(images)).first;
   }
   if (known->second == nullptr) return nullptr;
-  // Where an image of a deployment came from only the image itself says.
+  // Where an image of a deployment came from only the image itself says, unless it is the run's own
+  // with other values.
   const vm::VerifiedProgram& program = known->second->program();
+  if (run_ != nullptr && IsOwnProgram(*run_, program)) {
+    *file = run_->program_file;
+    return &program;
+  }
   const vm::Text source = program.source_name();
   file->assign(source.data, source.size);
   return &program;
+}
+
+uint64_t ProgramWords::SourceHash(uint64_t program_hash) {
+  std::string file;
+  const vm::VerifiedProgram* program = Find(program_hash, &file);
+  return program == nullptr ? program_hash : dynarole::HashOfSource(*program);
 }
 
 ReportWords ProgramWords::Fault(uint64_t program_hash, const std::string& type,

@@ -21,6 +21,9 @@ struct ReportWords {
   std::string task;      ///< Of a fault: the function of the task that it has ended.
 };
 
+/// Whether a program is the one that a run began with, or has only other values of parameters.
+bool IsOwnProgram(const RunModel& run, const vm::VerifiedProgram& program);
+
 /// Words the reports of one run: those of the program with which it began, and of those that were
 /// deployed while it ran. A copy knows what the original does.
 class ProgramWords {
@@ -33,6 +36,9 @@ class ProgramWords {
   std::map<uint64_t, std::string>& deployed() { return deployed_; }
   /// A fault of a module of this type that ran the program with this hash.
   ReportWords Fault(uint64_t program_hash, const std::string& type, const vm::Fault& fault);
+  /// The hash of the image that the source of a program compiles to: its own, unless a run has set
+  /// parameters.
+  uint64_t SourceHash(uint64_t program_hash);
   /// A printed line, likewise; no text if the program is not known.
   ReportWords Print(uint64_t program_hash, const std::string& type, const vm::PrintReport& print);
 

@@ -94,9 +94,9 @@ void Converter::Begin(const OutwardSink& sink) {
   // The program's text is added here, since only the source knows where to find it.
   morphbus::Description description = DescriptionOf(*run_, colors_);
   // The text is that of the values in the source, whatever the run has chosen.
-  const uint64_t source = run_->has_program ? dynarole::HashOfSource(run_->images.program())
-                                            : run_->program_hash;
-  if (text_) description.set_program_text(text_(source, run_->program_file));
+  if (text_) {
+    description.set_program_text(text_(words_.SourceHash(run_->program_hash), run_->program_file));
+  }
   Send(OutwardTopic::kDescription, 0, description);
   Send(OutwardTopic::kScene, 0, SceneOf(source_, *run_));
 }

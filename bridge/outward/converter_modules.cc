@@ -162,7 +162,8 @@ std::string Converter::SourceLine(uint64_t hash, const std::string& file, int li
   if (found == source_lines_.end()) {
     // Hashes come from messages, of which somebody may invent any number.
     if (source_lines_.size() >= kMostPrograms) return "";
-    auto lines = std::make_shared<const std::vector<std::string>>(LinesOf(text_(hash, file)));
+    auto lines = std::make_shared<const std::vector<std::string>>(
+        LinesOf(text_(words_.SourceHash(hash), file)));
     found = source_lines_.emplace(hash, std::move(lines)).first;
   }
   const std::vector<std::string>& lines = *found->second;

@@ -26,8 +26,9 @@ Result<size_t> FindParameter(const std::vector<ProgramParameter>& parameters,
                              std::string_view name) {
   if (parameters.empty()) {
     return Fail(fmt::format(
-        "there is no parameter '{}': the program has none (param {} = 30.0 in [10, 60];)", name,
-        MemberName(name)));
+        "there is no parameter '{}': the program has none (param {} = 30.0 in [10, 60];), or its "
+        "image has no names for them (compile --strip)",
+        name, MemberName(name)));
   }
   // A name that fits one parameter only may stand without its role.
   std::vector<std::string> names, likely;
@@ -116,7 +117,6 @@ Result<std::string> WithParameter(const vm::VerifiedProgram& program, std::strin
   if (!index) return Fail(index.error().message);
   const ProgramParameter& parameter = parameters[*index];
   const std::optional<vm::Cell> cell = ReadCell(value, parameter.is_int);
-  // What is written as a float may be out of range before it is rounded.
   const std::string range =
       fmt::format("{} to {}", parameter.Text(parameter.least), parameter.Text(parameter.most));
   if (!cell) {

@@ -3,54 +3,52 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 namespace morphbus::logger {
 namespace {
 
-/// A setting of one run: name and value.
-using Named = std::pair<std::string, std::string>;
+/// So many are named as text; a damaged log may say anything.
+constexpr size_t kMostNamed = 20;
 
-/// All of a run: the values of its parameters, then what was set of the model.
-std::vector<Named> SettingsOf(const LogFacts& facts) {
-  std::vector<Named> settings;
-  for (const dynarole::ProgramParameter& p : facts.parameters) {
-    settings.emplace_back(p.name, p.Text(p.value));
-  }
+/// The settings of a run by name: the values of its parameters, and what was set of the model, of
+/// which the later one counts.
+std::map<std::string, std::string> SettingsOf(const LogFacts& facts) {
+  std::map<std::string, std::string> settings;
+  for (const dynarole::ProgramParameter& p : facts.parameters) settings[p.name] = p.Text(p.value);
   for (const std::string& text : facts.attributes) {
-    const size_t equals = text.find('=');
-    // Of two settings of one attribute the later one counts.
-    const std::string name = text.substr(0, equals);
-    std::erase_if(settings, [&](const Named& earlier) { return earlier.first == name; });
-    settings.emplace_back(name, equals == std::string::npos ? "" : text.substr(equals + 1));
+    const size_t equals = std::min(text.find('='), text.size());
+    settings[text.substr(0, equals)] = text.substr(std::min(equals + 1, text.size()));
   }
   return settings;
-}
-
-std::optional<std::string> Find(const std::vector<Named>& settings, const std::string& name) {
-  const auto found = std::ranges::find(settings, name, &Named::first);
-  return found == settings.end() ? std::nullopt : std::optional(found->second);
 }
 
 }  // namespace
 
 std::vector<SettingPair> DifferingSettings(const LogFacts& a, const LogFacts& b) {
-  const std::vector<Named> of_a = SettingsOf(a), of_b = SettingsOf(b);
-  std::vector<SettingPair> pairs;
-  for (const auto& [name, value] : of_a) {
-    const std::optional<std::string> other = Find(of_b, name);
-    if (other != value) pairs.push_back({name, value, other});
-  }
+  const std::map<std::string, std::string> of_a = SettingsOf(a), of_b = SettingsOf(b);
+  std::map<std::string, SettingPair> pairs;
+  for (const auto& [name, value] : of_a) pairs[name] = {name, value, std::nullopt};
   for (const auto& [name, value] : of_b) {
-    if (!Find(of_a, name)) pairs.push_back({name, std::nullopt, value});
+    pairs.try_emplace(name, SettingPair{name, std::nullopt, std::nullopt}).first->second.b = value;
   }
-  return pairs;
+  std::vector<SettingPair> differing;
+  for (auto& [name, pair] : pairs) {
+    if (pair.a != pair.b) differing.push_back(std::move(pair));
+  }
+  return differing;
 }
 
 std::string SettingsText(const std::vector<SettingPair>& settings) {
   std::string text;
-  for (const SettingPair& pair : settings) {
+  for (size_t i = 0; i < std::min(settings.size(), kMostNamed); ++i) {
+    const SettingPair& pair = settings[i];
     text += fmt::format("{}{} {} / {}", text.empty() ? "differs in parameters: " : ", ", pair.name,
                         pair.a.value_or("-"), pair.b.value_or("-"));
+  }
+  if (settings.size() > kMostNamed) {
+    text += fmt::format(" and {} more", settings.size() - kMostNamed);
   }
   return text;
 }

@@ -18,7 +18,7 @@ struct SettingPair {
   std::optional<std::string> a, b;
 };
 
-/// Parameters whose values differ, in the order of A's program, then attributes.
+/// Parameters and attributes whose values differ, by name.
 std::vector<SettingPair> DifferingSettings(const LogFacts& a, const LogFacts& b);
 
 /// "differs in parameters: swing 30 / 45, lift - / 5"; empty if nothing differs.

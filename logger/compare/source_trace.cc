@@ -48,6 +48,17 @@ int64_t TickOf(const RunLog& log, int64_t time_us) {
   return log.tick_us > 0 ? time_us / log.tick_us : -1;
 }
 
+/// Whether a program is the one of the log's description, perhaps with other values of parameters.
+bool IsRunsOwn(const RunLog& log, uint64_t hash) {
+  if (hash == log.facts.program_hash) return true;
+  const auto image = log.deployed.find(hash);
+  if (image == log.deployed.end() || log.described == nullptr) return false;
+  bridge::ModuleImages images;
+  const std::string& bytes = image->second;
+  return images.AddProgram("program", {bytes.begin(), bytes.end()}).has_value() &&
+         bridge::IsOwnProgram(*log.described, images.program());
+}
+
 /// Fills in the call by which a module commanded a joint at the message's tick.
 void FindLine(const RunLog& log, int module, int joint, TracedMessage* message) {
   // The module is run again, since no message says which line a command came from.
@@ -58,7 +69,7 @@ void FindLine(const RunLog& log, int module, int joint, TracedMessage* message) 
   }
   // The run may have been started from an image, which names its source itself.
   const bool as_run =
-      call->program_hash == log.facts.program_hash && log.facts.program_file.ends_with(".dyn");
+      IsRunsOwn(log, call->program_hash) && log.facts.program_file.ends_with(".dyn");
   message->line =
       SourceLine{as_run ? log.facts.program_file : call->source, call->line, call->function};
 }

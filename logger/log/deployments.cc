@@ -53,9 +53,9 @@ void ProgramChanges::TakeDeployment(int64_t tick, const bridge::ControlCommand& 
   // Whether the command was carried out is not asked here: the modules' own words tell.
   Deployment deployment;
   deployment.fact.tick = tick;
-  deployment.fact.program = command.kind == bridge::ControlKind::kSet
-                                ? fmt::format("set {} {}", command.parameter, command.value)
-                                : command.program;
+  deployment.fact.program = command.program;
+  deployment.fact.parameter = command.parameter;
+  deployment.fact.value = command.value;
   deployment.fact.program_hash = command.program_hash;
   deployment.fact.to = command.to;
   deployment.at = command.at;
@@ -148,8 +148,10 @@ std::string DeploymentsText(const std::vector<DeploymentFact>& deployments, int3
                                  ? fmt::format("; tilted {:.1f} degrees at most in the next {:g} s",
                                                *d.max_tilt_rad * kDegrees, kTiltSeconds)
                                  : "";
-    AddLine(&text, "  {} {} to {}, {}: {}{}", d.tick, d.program, d.to.empty() ? "the root" : d.to,
-            when, WhoWhen(d), tilt);
+    const std::string what =
+        d.parameter.empty() ? fmt::format("{} to {}", d.program, d.to.empty() ? "the root" : d.to)
+                            : fmt::format("set {} {}", d.parameter, d.value);
+    AddLine(&text, "  {} {}, {}: {}{}", d.tick, what, when, WhoWhen(d), tilt);
   }
   return text;
 }

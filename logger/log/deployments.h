@@ -21,8 +21,11 @@ namespace morphbus::logger {
 struct DeploymentFact {
   /// The tick at which CLOCK named the command.
   int64_t tick = 0;
-  /// Path of the program as it was given, or "set swing 45", and the hash of its image.
+  /// Path of the program as it was given; empty for a `set`.
   std::string program;
+  /// Of a `set`: the parameter and its value, as they were given.
+  std::string parameter, value;
+  /// The hash of the image that modules went over to.
   uint64_t program_hash = 0;
   /// The module that got it; empty: the root.
   std::string to;

@@ -69,7 +69,9 @@ nlohmann::json DeploymentJson(const DeploymentFact& d) {
   }
   return {
       {"tick", d.tick},
-      {"program", d.program},
+      {"program", d.program.empty() ? nlohmann::json(nullptr) : nlohmann::json(d.program)},
+      {"parameter", d.parameter.empty() ? nlohmann::json(nullptr) : nlohmann::json(d.parameter)},
+      {"value", d.value.empty() ? nlohmann::json(nullptr) : nlohmann::json(d.value)},
       {"program_hash", Hex(d.program_hash)},
       {"to", d.to.empty() ? nlohmann::json(nullptr) : nlohmann::json(d.to)},
       {"switch_tick", d.switch_tick < 0 ? nlohmann::json(nullptr) : nlohmann::json(d.switch_tick)},

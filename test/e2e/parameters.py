@@ -57,13 +57,13 @@ class Parameters(Case):
         self.assertNotEqual(chosen['hash'], plain['hash'])
         # A comparison says first what was set otherwise.
         said = morphbus('compare', plain_log, log, *WITHOUT, status=1).stdout
-        self.assertTrue(said.startswith('differs in parameters: swing 30 / 45.5, Any.pause 10 / 20\ndifferent: '), said[:200])
+        self.assertTrue(said.startswith('differs in parameters: Any.pause 10 / 20, swing 30 / 45.5\ndifferent: '), said[:200])
         self.assertEqual(as_json('compare', plain_log, log, *WITHOUT, status=1)['settings'],
-                         [{'name': 'swing', 'a': '30', 'b': '45.5'}, {'name': 'Any.pause', 'a': '10', 'b': '20'}])
+                         [{'name': 'Any.pause', 'a': '10', 'b': '20'}, {'name': 'swing', 'a': '30', 'b': '45.5'}])
         self.assertEqual(as_json('compare', log, log, *WITHOUT)['settings'], [])
         page = self.folder / 'compare.html'
         morphbus('compare', plain_log, log, '--report', page, *WITHOUT, status=1)
-        self.assertIn('differs in parameters: swing 30 / 45.5', page.read_text())
+        self.assertIn('swing 30 / 45.5', page.read_text())
 
     def report(self, log):
         page = self.folder / 'report.html'
@@ -78,6 +78,22 @@ class Parameters(Case):
         summary, log = self.run_it('image')
         self.assertEqual(summary['program_hash'], made['hash'])
         self.assertEqual(as_json('info', log)['description']['parameters']['Any.pause']['value'], 3)
+
+    def test_a_file_holds_values_and_the_command_line_replaces_them(self):
+        params = self.folder / 'best.toml'
+        params.write_text('swing = 45.5  # degrees\n[Any]\npause = 20\n["MTRAN"."joint_1"]\nspeed = "90deg"\n')
+        _, log = self.run_it('file', '--params', params, '--set', 'pause=30')
+        described = as_json('info', log)['description']
+        self.assertEqual({name: p['value'] for name, p in described['parameters'].items()}, {'swing': 45.5, 'Any.pause': 30})
+        self.assertEqual(described['attributes'], ['MTRAN.joint_1.speed=90deg'])
+        for text, words in (('swing = 99\n', f'{params}:1: swing=99: parameter swing: 99 is out of its range'),
+                            ('swing = [1]\n', f'{params}:1:9: error: expected a number'),
+                            ('swing = \n', f'{params}:1:')):
+            params.write_text(text)
+            done = morphbus('run', *self.robot, '--seconds', 1, '--inproc', '--no-log', '--params', params, status=2)
+            self.assertIn(words, done.stderr)
+        done = morphbus('run', *self.robot, '--seconds', 1, '--inproc', '--no-log', '--params', self.folder / 'none', status=2)
+        self.assertIn('--params: ', done.stderr)
 
     def test_requirements_see_the_values(self):
         program = self.folder / 'near.dyn'

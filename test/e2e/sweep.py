@@ -123,6 +123,25 @@ class Rows(SweepCase):
                               env={**os.environ, 'PATH': f'{BIN}:{os.environ["PATH"]}'})
         self.assertEqual(json.loads(done.stdout)['hash'], again['before'])
 
+    def test_parameters_of_programs_are_axes(self):
+        program = self.folder / 'p.dyn'
+        program.write_text('param n = 5 in [1, 9];\nrole A extends Module { behavior b() { self.sleepcs(n); } }\n')
+        text = f'model = "{MODEL}"\nprogram = "{program}"\nrobot = "arm"\nseconds = 0.2\n[set]\nn = '
+        file = self.sweep_file(text + '[3, 5]\n')
+        morphbus('sweep', file)
+        rows = self.rows(self.database())
+        self.assertEqual([row['n'] for row in rows], ['3', '5'])
+        self.assertEqual(len({row['hash'] for row in rows}), 2)
+        # The same run, alone: its value is that of the source.
+        alone = as_json('run', MODEL, program, '--robot', 'arm', '--seconds', 0.2, '--inproc', '--no-log')
+        self.assertEqual(rows[1]['hash'], alone['hash'])
+        for values, words in (('[3, 10]', 'parameter n: 10 is out of its range, 1 to 9'), ('0.5', 'expected an int, 1 to 9')):
+            done = morphbus('sweep', self.sweep_file(text + values + '\n', 'bad'), status=2)
+            self.assertIn(words, done.stderr)
+            self.assertIn('cannot run: n = ', done.stderr)
+        done = morphbus('sweep', self.sweep_file(SMALL + '[set]\nn = 3\n', 'none'), status=2)
+        self.assertIn('the program has none', done.stderr)
+
     def test_samples_and_lists(self):
         text = ARM + 'seconds = 0.02\nmethod = "latin"\nsamples = 4\nfriction = {from = 0, to = 1}\nseed = {among = [3, 4]}\n' \
             '[[run]]\nloss = 0.1\n[[run]]\nfriction = 0.5\n'

@@ -98,9 +98,10 @@ int Compile(const CompileOptions& options) {
   if (!settings || !SetParameters(*settings, &*program)) return kUnusable;
   for (const Setting& setting : *settings) {
     if (!setting.OfModel()) continue;
-    return Unusable(fmt::format("{} is an attribute of a model, which no image holds; run --set "
-                                "takes it",
-                                setting.name));
+    return Unusable(
+        fmt::format("{} is an attribute of a model, which no image holds; run --set "
+                    "takes it",
+                    setting.name));
   }
   // The part that modules run is the first one, and the header says how large it is.
   std::string image = program->image;

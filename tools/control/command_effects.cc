@@ -77,8 +77,8 @@ DeploymentSchedule::Order CommandEffects::OrderOf(const ControlCommand& command,
   // Another value makes an image no larger.
   const bool sets = command.kind == ControlKind::kSet;
   const std::string& image = images_.Image(sets ? ProgramAt(tick) : command.program_hash);
-  return {tick, command.at, image.size(), sim_.readings().HopsFrom(module),
-          sim_.delivery().whole(), sets};
+  return {tick, command.at, image.size(), sim_.readings().HopsFrom(module), sim_.delivery().whole(),
+          sets};
 }
 
 uint64_t CommandEffects::ProgramAt(int64_t tick) const {

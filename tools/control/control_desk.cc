@@ -133,7 +133,8 @@ Refusal ControlDesk::Check(const GivenCommand& given, int64_t tick) {
   // A script says what was done once, and is told nothing that the run did not say then.
   const ControlCommand& command = given.command;
   const bool scripted = given.counter == kNobody;
-  // CLOCK adds the time of a deployment that names none, and the hash of an image that has none yet.
+  // CLOCK adds the time of a deployment that names none, and the hash of an image that has none
+  // yet.
   const bool brings = bridge::BringsImage(command.kind);
   const size_t added = (brings && !command.at ? kTimeBytes : 0) +
                        (brings && command.program_hash == 0 ? kHashBytes : 0);

@@ -79,7 +79,8 @@ DeploymentSchedule::Times DeploymentSchedule::Plan(const Order& order) const {
 
 bool DeploymentSchedule::UnderWay(int64_t tick) const {
   // In real time modules may be late by as long as they are thought to be there.
-  return last_switch_tick_ >= 0 && tick <= last_switch_tick_ + (run_.realtime ? vm::kSilentTicks : 0);
+  return last_switch_tick_ >= 0 &&
+         tick <= last_switch_tick_ + (run_.realtime ? vm::kSilentTicks : 0);
 }
 
 vm::PackageHead DeploymentSchedule::Begin(const Order& order, const Times& times) {

@@ -8,6 +8,10 @@
 
 #include "compiler/dynarole/parameters.h"
 #include "compiler/model/attributes.h"
+#include "compiler/source/diagnostics.h"
+#include "compiler/source/source_text.h"
+#include "compiler/source/toml.h"
+#include "tools/base/files.h"
 #include "tools/base/messages.h"
 
 namespace morphbus::tools {
@@ -24,15 +28,70 @@ void AddSettings(Subcommand* sub, std::string* params, std::vector<std::string>*
       .TypeName("FILE");
 }
 
+namespace {
+
+/// No file of settings is larger than this, bytes.
+constexpr size_t kMostSettingsBytes = size_t{1} << 20;
+
+/// Reads the settings of a file: names and numbers, and tables of them, whose names stand before
+/// those of their keys.
+class SettingsFile {
+ public:
+  SettingsFile(const std::string& path, const std::string& text)
+      : path_(path), file_(sources_.AddText(path, text)) {}
+
+  /// Adds them all. False, after printing why, if one of them cannot be understood.
+  bool Read(std::vector<Setting>* settings) {
+    const auto table = source::ParseToml(sources_, file_, &diagnostics_);
+    if (table) Take("", *table, settings);
+    PrintDiagnostics(diagnostics_, sources_);
+    return diagnostics_.error_count() == 0;
+  }
+
+ private:
+  void Take(const std::string& before, const source::TomlValue::Table& table,
+            std::vector<Setting>* settings) {
+    for (const source::TomlEntry& entry : table) {
+      const std::string name = before + entry.key;
+      if (const source::TomlValue::Table* inner = entry.value.table()) {
+        Take(name + ".", *inner, settings);
+      } else if (entry.value.is_number() || entry.value.text() != nullptr) {
+        // As it is written, so that no digit is lost; a text has its quotation marks.
+        const std::string value = entry.value.text() != nullptr
+                                      ? *entry.value.text()
+                                      : std::string(sources_.text(entry.value.span));
+        settings->push_back(
+            {name, value,
+             fmt::format("{}:{}: {}={}", path_, sources_.LineOf(file_, entry.key_span.begin), name,
+                         value)});
+      } else {
+        diagnostics_.Error(entry.value.span, "expected a number, or a text such as \"45deg\"");
+      }
+    }
+  }
+
+  std::string path_;
+  source::SourceSet sources_;
+  source::Diagnostics diagnostics_;
+  int file_;
+};
+
+}  // namespace
+
 std::optional<std::vector<Setting>> ReadSettings(const std::string& params,
                                                  const std::vector<std::string>& set) {
   std::vector<Setting> settings;
+  if (!params.empty()) {
+    const Result<std::string> text = ReadFile(params, kMostSettingsBytes);
+    if (!text) return Refuse("--params: " + text.error().message);
+    if (!SettingsFile(params, *text).Read(&settings)) return std::nullopt;
+  }
   for (const std::string& text : set) {
     const size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
       return Refuse(fmt::format("--set {}: expected NAME=VALUE, e.g. swing=45", text));
     }
-    settings.push_back({text.substr(0, equals), text.substr(equals + 1)});
+    settings.push_back({text.substr(0, equals), text.substr(equals + 1), "--set " + text});
   }
   return settings;
 }
@@ -45,7 +104,7 @@ bool SetParameters(const std::vector<Setting>& settings, CompiledProgram* progra
       return dynarole::WithParameter(*verified, setting.name, setting.value);
     });
     if (!image) {
-      Unusable(fmt::format("--set {}={}: {}", setting.name, setting.value, image.error().message));
+      Unusable(fmt::format("{}: {}", setting.origin, image.error().message));
       return false;
     }
     changed.image = std::move(*image);
@@ -57,13 +116,29 @@ bool SetParameters(const std::vector<Setting>& settings, CompiledProgram* progra
 
 bool SetAttributes(const std::vector<Setting>& settings, model::Model* model,
                    proto::RunDescription* description) {
+  // Of two settings of one attribute the later one counts.
+  std::vector<const Setting*> left;
   for (const Setting& setting : settings) {
     if (!setting.OfModel()) continue;
-    if (Result<void> set = model::SetAttribute(model, setting.name, setting.value); !set) {
-      Unusable("--set: " + set.error().message);
+    std::erase_if(left, [&](const Setting* earlier) { return earlier->name == setting.name; });
+    left.push_back(&setting);
+    description->add_attributes(setting.name + "=" + setting.value);
+  }
+  // A limit of a joint may fit only once the other limit is set, in whatever order they are given.
+  while (!left.empty()) {
+    Result<void> first;
+    std::vector<const Setting*> failed;
+    for (const Setting* setting : left) {
+      Result<void> set = model::SetAttribute(model, setting->name, setting->value);
+      if (set) continue;
+      if (failed.empty()) first = std::move(set);
+      failed.push_back(setting);
+    }
+    if (failed.size() == left.size()) {
+      Unusable(fmt::format("{}: {}", failed.front()->origin, first.error().message));
       return false;
     }
-    description->add_attributes(setting.name + "=" + setting.value);
+    left = std::move(failed);
   }
   return true;
 }

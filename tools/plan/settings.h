@@ -22,6 +22,8 @@ struct Setting {
   std::string name;
   /// As it was written.
   std::string value;
+  /// Where it stands, for messages: "--set swing=45", or file and line.
+  std::string origin;
 
   /// Whether it is about the model.
   [[nodiscard]] bool OfModel() const;

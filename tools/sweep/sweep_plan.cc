@@ -154,6 +154,8 @@ std::string KeyOf(const proto::RunDescription& description) {
   inputs.clear_world_hash();
   inputs.clear_build();
   inputs.clear_arithmetic();
+  // The model has what was set of it.
+  inputs.clear_attributes();
   // The message has no maps, so that equal ones have equal bytes.
   return HashText(inputs.SerializeAsString());
 }

@@ -124,7 +124,7 @@ TEST(ParametersTest, WhatCannotBeSetIsRefusedInASentence) {
   const Verified without(ImageOf("role A extends Module { startup s() { self.sleepcs(1); } }"));
   EXPECT_EQ(WithParameter(*without.program, "swing", "1").error().message,
             "there is no parameter 'swing': the program has none (param swing = 30.0 in [10, "
-            "60];)");
+            "60];), or its image has no names for them (compile --strip)");
   const Verified twice(ImageOf(R"(
 role A extends Module { param x = 1 in [0, 2]; startup s() { self.sleepcs(x); } }
 role B extends Module { param x = 1 in [0, 2]; startup s() { self.sleepcs(x); } })"));

@@ -347,18 +347,19 @@ export class Run {
     this.reportVersion++;
   }
 
-  /** @param place where in the program it was said, and by whom. */
   /** Takes note of "set swing 45 …", a command that CLOCK names. */
   takeSetting(command: string): void {
     const [kind, name, value] = command.split(' ');
     if (kind !== 'set') return;
-    for (const parameter of this.description.parameters) {
-      // The role may be left out where one parameter only has the name.
-      if (parameter.name === name || parameter.name.endsWith(`.${name}`)) parameter.value = Number(value);
-    }
+    // The role may be left out where no parameter has the whole name.
+    const { parameters } = this.description;
+    const parameter =
+      parameters.find((p) => p.name === name) ?? parameters.find((p) => p.name.endsWith(`.${name}`));
+    if (parameter) parameter.value = Number(value);
     this.structureVersion++;
   }
 
+  /** @param place where in the program it was said, and by whom. */
   addEvent(time: number, text: string, place?: SourcePlace): void {
     this.events.push({ time, text, place });
     this.reportVersion++;

@@ -168,8 +168,14 @@ export class ControlPanel implements Panel {
         const range = { min: p.least, max: p.most, step: p.isInt ? 1 : 'any', value: p.value };
         const number = numberInput(p.name, p.value, { ...range, required: true });
         const slider = element('input', { type: 'range', ...range, 'aria-label': `${p.name}, slider` });
-        // Six digits are more than a hand can choose.
-        const rounded = (): string => String(p.isInt ? slider.value : Number(Number(slider.value).toPrecision(4)));
+        // A hand chooses a thousandth of the range; both its ends are reached.
+        const step = 10 ** Math.floor(Math.log10((p.most - p.least || 1) / 1000));
+        const rounded = (): string => {
+          const value = Number(slider.value);
+          if (p.isInt || value === p.least || value === p.most) return slider.value;
+          const near = Number((Math.round(value / step) * step).toPrecision(9));
+          return String(Math.min(p.most, Math.max(p.least, near)));
+        };
         slider.addEventListener('input', () => (number.value = rounded()));
         slider.addEventListener('change', () => this.give(`set ${p.name} ${rounded()}`));
         number.addEventListener('change', () => number.value && this.give(`set ${p.name} ${number.value}`));
