@@ -6,6 +6,7 @@
 #include <limits>
 #include <tuple>
 
+#include "bridge/description/program_words.h"
 #include "bridge/wire/channels.h"
 #include "logger/compare/module_rerun.h"
 

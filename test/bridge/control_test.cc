@@ -404,7 +404,7 @@ TEST_F(ControlServiceTest, WhatIsNoCommandIsRefusedWithTheReason) {
   // A kind that does not exist, a number that is none, and bytes that are no message are not even
   // answered.
   morphbus::control_t strange = MessageOf(*ParseControl("pause"), 6);
-  strange.kind = 14;
+  strange.kind = 15;
   Publish(strange);
   strange = MessageOf(*ParseControl("push m5 EAST 1"), 7);
   strange.force_n = std::numeric_limits<double>::quiet_NaN();

@@ -135,6 +135,23 @@ class Parameters(Case):
         again = as_json('run', *self.robot, '--still', '--isolate', '--processes', 2, '--log', other, *options)
         self.assertEqual(again['hash'], summary['hash'])
         morphbus('replay', log, '--into', 'm5')
+        # Two in one tick build on each other, and repeat so; later both are found to be there.
+        script.write_text('5 set swing 45\n5 set pause 5\n60 set swing 45\n60 set pause 5\n')
+        log = self.folder / 'both.log'
+        done = morphbus('run', *self.robot, '--still', '--inproc', '--log', log, *options)
+        self.assertIn('swing is 45 already', done.stderr)
+        self.assertIn('pause is 5 already', done.stderr)
+        self.assertEqual([(d['parameter'], d['value'], d['program']) for d in as_json('info', log)['deployments']],
+                         [('swing', '45', None), ('pause', '5', None)])
+        morphbus('reproduce', log)
+        # A value of a program that waits for its time does not bring it forward.
+        other = self.folder / 'other.dyn'
+        other.write_text(PROGRAM.replace('n += 1', 'n += 2'))
+        script.write_text(f'5 deploy {other} --at 1.5\n10 set swing 45\n11 set swing 50 --at 1\n')
+        done = morphbus('run', *self.robot, '--still', '--inproc', '--log', log, '--force', *options)
+        self.assertIn('--at 1: the program that has this value is taken up at 1.5 s', done.stderr)
+        last = as_json('info', log)['deployments'][-1]
+        self.assertEqual((last['value'], set(last['switched'].values())), ('45', {75}))
         # What is set where it is so already, or in another program, is told and changes nothing.
         script.write_text('5 set swing 30\n7 set swing 40 0123456789abcdef\n')
         done = morphbus('run', *self.robot, '--still', '--inproc', '--no-log', *options)
@@ -161,17 +178,19 @@ class SetLive(Live):
         given = self.control('set', 'swing', 12.5)
         self.assertTrue(given['pending'])
         self.assertGreater(given['switch_seconds'], given['seconds'])
-        self.assertIn('out of its range', self.refuse(2, 'set', 'swing', 99))
-        self.assertIn("did you mean 'swing'", self.refuse(2, 'set', 'swign', 20))
+        self.control('set', 'pause', 20)
         self.assertIn('expected: set PARAMETER VALUE', self.refuse(2, 'set', 'swing'))
         self.control('resume')
-        self.reach(round(given['switch_seconds'] / 0.02) + 60)
+        self.reach(round(given['switch_seconds'] / 0.02) + 100)
+        # Both were set while the run held still.
         self.assertIn('swing is 12.5 already', self.refuse(1, 'set', 'swing', 12.5))
+        self.assertIn('pause is 20 already', self.refuse(1, 'set', 'pause', 20))
+        self.assertIn('out of its range', self.refuse(2, 'set', 'swing', 99))
+        self.assertIn("did you mean 'swing'", self.refuse(2, 'set', 'swign', 20))
         self.control('stop')
         self.process.wait()
         facts = as_json('info', self.path)
-        switched = set(facts['deployments'][0]['switched'].values())
-        self.assertEqual(switched, {round(given['switch_seconds'] / 0.02)})
+        self.assertEqual(len(set(facts['deployments'][-1]['switched'].values())), 1)
         self.assertEqual(as_json('reproduce', self.path)['hash'], facts['hash'])
 
 

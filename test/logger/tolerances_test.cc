@@ -56,8 +56,8 @@ TEST(Tolerances, WhatIsNoNumberHasItsPlace) {
   ParseTolerances(sources, file, &diagnostics);
   ASSERT_EQ(diagnostics.all().size(), 3u);
   EXPECT_EQ(diagnostics.all()[0].message, "expected a time, 0 or more, such as 0.1 or 100ms");
-  // In the order of the names: drift_m is the second.
-  EXPECT_EQ(sources.Locate(file, diagnostics.all()[1].span.begin).line, 3);
+  // In the order of the text: duty is the second.
+  EXPECT_EQ(sources.Locate(file, diagnostics.all()[1].span.begin).line, 2);
 }
 
 }  // namespace

@@ -154,9 +154,11 @@ class AxisReader {
     std::vector<double> numbers;
     for (int64_t i = 0; i < count; ++i) {
       const double part = static_cast<double>(i) / static_cast<double>(count - 1);
-      numbers.push_back(axis.logarithmic
-                            ? std::exp(std::log(axis.from) * (1 - part) + std::log(axis.to) * part)
-                            : axis.from * (1 - part) + axis.to * part);
+      const double exact =
+          axis.logarithmic ? std::exp(std::log(axis.from) * (1 - part) + std::log(axis.to) * part)
+                           : axis.from * (1 - part) + axis.to * part;
+      // Twelve digits, so that 0.1 between 0.01 and 1 is the number of that name.
+      numbers.push_back(ReadNumber<double>(fmt::format("{:.12g}", exact)).value_or(exact));
     }
     // The ends are what the file says.
     numbers.front() = axis.from;

@@ -19,7 +19,7 @@ model::Model Gripping() {
   return model;
 }
 
-size_t Count(const std::string& text, const std::string& part) {
+size_t CountOf(const std::string& text, const std::string& part) {
   size_t count = 0;
   for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
   return count;
@@ -30,27 +30,27 @@ TEST(ExportedAttributes, FrictionOfALinkIsThatOfItsShapesAndOfNoOther) {
   const RobotTree tree = TreeOf(model, model.robots[0]);
   const RobotTree open = OpenTreeOf(model, model.robots[0]);
   const size_t modules = model.robots[0].modules.size();
-  EXPECT_EQ(Count(ToSdf(model, tree, {}, {}).text, "<mu>0.25</mu>"), modules);
-  EXPECT_EQ(Count(ToMjcf(model, tree, "robot", {}).text, "friction=\"0.25 0.005 0.0001\""),
+  EXPECT_EQ(CountOf(ToSdf(model, tree, {}, {}).text, "<mu>0.25</mu>"), modules);
+  EXPECT_EQ(CountOf(ToMjcf(model, tree, "robot", {}).text, "friction=\"0.25 0.005 0.0001\""),
             modules);
-  EXPECT_EQ(Count(ToUrdf(model, open, {}).text, "<mu1>0.25</mu1>"), modules);
+  EXPECT_EQ(CountOf(ToUrdf(model, open, {}).text, "<mu1>0.25</mu1>"), modules);
   const Result<Exported> webots = ToWebots(model, model.robots[0], {});
   ASSERT_TRUE(webots) << webots.error().message;
   const std::string material =
       model.module_types[0].name + "." + model.module_types[0].links[0].name + ".surface";
-  EXPECT_EQ(Count(webots->text, "contactMaterial \"" + material + "\""), modules);
+  EXPECT_EQ(CountOf(webots->text, "contactMaterial \"" + material + "\""), modules);
   // Against the floor its own friction counts, and so it does against its like.
-  EXPECT_EQ(Count(webots->text, "coulombFriction [ 0.25 ]"), 2u);
+  EXPECT_EQ(CountOf(webots->text, "coulombFriction [ 0.25 ]"), 2u);
 }
 
 TEST(ExportedAttributes, WithoutAFrictionNothingIsSaidOfIt) {
   model::Model model = Gripping();
   model.module_types[0].links[0].friction.reset();
   const RobotTree tree = TreeOf(model, model.robots[0]);
-  EXPECT_EQ(Count(ToSdf(model, tree, {}, {}).text, "friction"), 0u);
-  EXPECT_EQ(Count(ToMjcf(model, tree, "robot", {}).text, "friction"), 0u);
-  EXPECT_EQ(Count(ToUrdf(model, OpenTreeOf(model, model.robots[0]), {}).text, "mu1"), 0u);
-  EXPECT_EQ(Count(ToWebots(model, model.robots[0], {})->text, "contact"), 0u);
+  EXPECT_EQ(CountOf(ToSdf(model, tree, {}, {}).text, "friction"), 0u);
+  EXPECT_EQ(CountOf(ToMjcf(model, tree, "robot", {}).text, "friction"), 0u);
+  EXPECT_EQ(CountOf(ToUrdf(model, OpenTreeOf(model, model.robots[0]), {}).text, "mu1"), 0u);
+  EXPECT_EQ(CountOf(ToWebots(model, model.robots[0], {})->text, "contact"), 0u);
 }
 
 TEST(ExportedAttributes, WhatAFormatDoesNotHoldIsSaid) {
