@@ -9,7 +9,7 @@ class Attributes(Case):
     def run_with(self, *settings, options=()):
         words = [word for setting in settings for word in ('--set', setting)]
         return as_json('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 0.1, '--inproc', '--force', '--log',
-                       self.folder / 'x.log', *words, *options)
+                       self.folder / 'x.log', *words, *options, status=1)  # Nobody has a role so soon.
 
     def description(self):
         return as_json('info', self.folder / 'x.log')['description']
@@ -46,7 +46,7 @@ class Attributes(Case):
         for setting, why in (('MTRAN.joint_3.torque=1', "MTRAN has no link, joint or sensor 'joint_3' (did you mean 'joint_"),
                              ('MTRAN.joint_1.torque=0', "--set MTRAN.joint_1.torque=0: MTRAN.joint_1.torque: expected 1e-9 to 1e9 N·m, not '0'"),
                              ('MTRA.joint_1.torque=1', "the model has no module type 'MTRA' (did you mean 'MTRAN'?)"),
-                             ('MTRAN.joint_1.torq=1', "has no attribute 'torq' that can be set (did you mean 'torque'?)")):
+                             ('MTRAN.joint_1.torgue=1', "has no attribute 'torgue' that can be set (did you mean 'torque'?)")):
             done = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 1, '--inproc', '--set', setting, status=2)
             self.assertIn(why, done.stderr)
 
