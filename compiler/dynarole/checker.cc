@@ -123,8 +123,7 @@ void Checker::CheckFieldValues(int role) {
     } else {
       pass_.Error(value->span, "value of a field must be known at compile time").hint =
           "numbers, true, false, directions, axes and roles are, and a parameter of the field's "
-          "type "
-          "may stand alone; to name a joint or link, use a label";
+          "type may stand alone; to name a joint or link, use a label";
     }
   }
 }

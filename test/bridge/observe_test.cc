@@ -19,7 +19,12 @@
 #include "bridge/observe/run_listener.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
+#include "compiler/dynarole/parameters.h"
+#include "test/support/compiled.h"
 #include "test/support/synthetic_log.h"
+#include "test/support/toy_model.h"
+#include "vm/image/image.h"
+#include "vm/image/verifier.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -238,6 +243,34 @@ TEST(ProgramWordsTest, TheRunsOwnProgramHasItsFileAlsoWithoutItsImage) {
   vm::PrintReport print{};
   print.text = 3;
   EXPECT_EQ(words.Print(8, "Seg", print).text, "text 3 of a program that is not known here");
+}
+
+TEST(ProgramWordsTest, TheRunsOwnProgramIsItsOwnWhateverIsSet) {
+  // What a run began with, and what a set made of it, have one source.
+  const std::vector<uint8_t> source = test::ProgramFrom(
+      "param n = 1 in [0, 9]; role A extends Module { behavior b() { self.sleepcs(n); } }",
+      test::ToyModel());
+  const auto with = [&source](const char* value) {
+    vm::VerifiedProgram program;
+    vm::Verifier::Verify(source.data(), static_cast<uint32_t>(source.size()), &program);
+    return dynarole::WithParameter(program, "n", value).value_or("");
+  };
+  const auto run = std::make_shared<RunModel>();
+  const std::string began = with("5"), later = with("7");
+  ASSERT_TRUE(run->images.AddProgram("program", {began.begin(), began.end()}));
+  run->has_program = true;
+  run->program_hash = run->images.program().hash();
+  run->program_file = "models/walk.dyn";
+  ProgramWords words(run);
+  const auto hash_of = [](const auto& image) {
+    return vm::image::ReadU64(reinterpret_cast<const uint8_t*>(image.data()) + vm::image::kHashAt);
+  };
+  words.deployed()[hash_of(later)] = later;
+  EXPECT_EQ(words.Fault(hash_of(later), "Seg", {}).file, "models/walk.dyn");
+  for (const uint64_t hash : {run->program_hash, hash_of(later)}) {
+    EXPECT_EQ(words.SourceHash(hash), hash_of(source));
+  }
+  EXPECT_EQ(words.SourceHash(8), 8u) << "of a program that is not known its own";
 }
 
 TEST(GapCounterTest, CountsWhatIsMissingAsASetOfNumbersDoes) {

@@ -101,6 +101,38 @@ class Parameters(Case):
         for joints, status in ((4, 0), (9, 1)):
             morphbus('roles', MODEL, program, '--robot', 'quadruped', '--set', f'joints={joints}', status=status)
 
+    def test_the_source_is_found_whatever_was_set(self):
+        self.program.write_text(PROGRAM.replace('n += 1;', 'n += 1; print("round", n);'))
+        script = self.folder / 'commands'
+        script.write_text('5 set swing 45\n')
+        _, log = self.run_it('lines', '--set', 'pause=5', '--commands', script, '--seconds', 2)
+        facts = as_json('info', log)
+        # After the value holds, too, prints have the path that the program was given by.
+        switched = facts['deployments'][0]['switch_tick'] * 0.02
+        self.assertGreater(max(p['time'] for p in facts['prints']), switched)
+        printed = [line for line in morphbus('info', log, '--all').stdout.splitlines() if ' round ' in line]
+        self.assertEqual(len(printed), facts['num_prints'] - 9)
+        self.assertEqual([line for line in printed if str(self.program) not in line], [])
+        script.write_text('5 set swing 40\n')
+        _, other = self.run_it('others', '--set', 'pause=5', '--commands', script, '--seconds', 2)
+        trace = as_json('compare', log, other, *WITHOUT, status=1)['trace']
+        self.assertEqual((trace['message_a']['file'], trace['message_b']['file']), (str(self.program),) * 2)
+
+    def test_a_module_that_begins_anew_comes_to_the_values_and_a_lost_root_to_none(self):
+        script = self.folder / 'commands'
+        # As many as are kept, and more; then a module that knows none of them.
+        sets = ''.join(f'{5 + 40 * i} set swing {20 + i}\n' for i in range(11))
+        script.write_text(sets + '460 restart m7 --cold\n560 set swing 45\n700 lose m1\n710 set swing 50\n')
+        log = self.folder / 'anew.log'
+        done = morphbus('run', *self.robot, '--still', '--inproc', '--root', 'm1', '--log', log, '--commands', script, '--seconds', 15)
+        self.assertIn('the root is lost, from which values spread', done.stderr)
+        facts = as_json('info', log)
+        self.assertEqual(len(facts['deployments']), 12)
+        last = facts['deployments'][-1]
+        self.assertEqual((last['value'], len(set(last['switched'].values()))), ('45', 1))
+        self.assertNotIn(None, last['switched'].values())
+        morphbus('reproduce', log)
+
     def test_what_cannot_be_set_is_refused(self):
         for options, words in (
                 (('--set', 'swing=61'), 'parameter swing: 61 is out of its range, 10 to 60'),

@@ -173,7 +173,7 @@ test('parameters are set by sliders, and follow what others set', async () => {
   const swing = page.getByRole('slider', { name: 'swing, slider' });
   assert.equal(await swing.inputValue(), '30');
   await swing.fill('45.5');
-  await page.waitForSelector('.answers li:has-text("set swing 45.5")');
+  await page.waitForSelector('.answers li:has-text("set swing 45.5"):has-text("holds everywhere from 9 s on")');
   await page.getByRole('spinbutton', { name: 'Head.steps' }).fill('3');
   await page.keyboard.press('Enter');
   await page.waitForSelector('.answers li:has-text("set Head.steps 3")');

@@ -51,13 +51,7 @@ double Move(BulletRobot* robot, double target, double speed, int ticks) {
   robot->Sense(&sensed);
   double work = 0.0, before = sensed[0].joint_position_si[0];
   for (int tick = 0; tick < ticks; ++tick) {
-    morphbus::actuator_t command = {};
-    command.num_joints = 1;
-    command.joints.resize(1);
-    command.joints[0].mode = morphbus::joint_command_t::MODE_POSITION;
-    command.joints[0].target_si = target;
-    command.joints[0].speed_si = speed;
-    robot->Actuate(command);
+    robot->Actuate(test::PositionCommand(target, speed));
     robot->Advance();
     robot->Sense(&sensed);
     const double now = sensed[0].joint_position_si[0];

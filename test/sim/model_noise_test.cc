@@ -53,13 +53,7 @@ BulletRobotOptions Seeded(uint64_t seed) {
 /// One tick with the robot's joint on its way to a target; where the joint then is, as its servo
 /// measures it.
 double Drive(BulletRobot* robot, double target, double speed = 1.0) {
-  morphbus::actuator_t command = {};
-  command.num_joints = 1;
-  command.joints.resize(1);
-  command.joints[0].mode = morphbus::joint_command_t::MODE_POSITION;
-  command.joints[0].target_si = target;
-  command.joints[0].speed_si = speed;
-  robot->Actuate(command);
+  robot->Actuate(test::PositionCommand(target, speed));
   robot->Advance();
   std::vector<morphbus::module_sensors_t> sensed;
   robot->Sense(&sensed);

@@ -65,4 +65,14 @@ std::shared_ptr<const model::Model> MakePair(model::JointType joint_type, double
   return Wrap(type, "pair", {start});
 }
 
+morphbus::actuator_t PositionCommand(double target, double speed) {
+  morphbus::actuator_t command = {};
+  command.num_joints = 1;
+  command.joints.resize(1);
+  command.joints[0].mode = morphbus::joint_command_t::MODE_POSITION;
+  command.joints[0].target_si = target;
+  command.joints[0].speed_si = speed;
+  return command;
+}
+
 }  // namespace morphbus::sim::test

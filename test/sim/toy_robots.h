@@ -2,6 +2,7 @@
 // Small robots for the simulator's tests.
 
 #include <memory>
+#include <morphbus/actuator_t.hpp>
 #include <vector>
 
 #include "compiler/model/robot_model.h"
@@ -18,5 +19,9 @@ std::shared_ptr<const model::Model> MakeBox();
 /// sliding along x) against link "b" with a joint of `type` at the module's origin, axis +z (+x for
 /// prismatic), 5 N m (50 N), 2 rad/s (0.2 m/s), limits ±1 rad (±0.05 m), none if continuous.
 std::shared_ptr<const model::Model> MakePair(model::JointType type, double start);
+
+/// What a module of one joint is told to send that to a target (rad or m), at a speed (rad/s or
+/// m/s).
+morphbus::actuator_t PositionCommand(double target, double speed);
 
 }  // namespace morphbus::sim::test

@@ -116,29 +116,13 @@ bool SetParameters(const std::vector<Setting>& settings, CompiledProgram* progra
 
 bool SetAttributes(const std::vector<Setting>& settings, model::Model* model,
                    proto::RunDescription* description) {
-  // Of two settings of one attribute the later one counts.
-  std::vector<const Setting*> left;
   for (const Setting& setting : settings) {
     if (!setting.OfModel()) continue;
-    std::erase_if(left, [&](const Setting* earlier) { return earlier->name == setting.name; });
-    left.push_back(&setting);
-    description->add_attributes(setting.name + "=" + setting.value);
-  }
-  // A limit of a joint may fit only once the other limit is set, in whatever order they are given.
-  while (!left.empty()) {
-    Result<void> first;
-    std::vector<const Setting*> failed;
-    for (const Setting* setting : left) {
-      Result<void> set = model::SetAttribute(model, setting->name, setting->value);
-      if (set) continue;
-      if (failed.empty()) first = std::move(set);
-      failed.push_back(setting);
-    }
-    if (failed.size() == left.size()) {
-      Unusable(fmt::format("{}: {}", failed.front()->origin, first.error().message));
+    if (Result<void> set = model::SetAttribute(model, setting.name, setting.value); !set) {
+      Unusable(fmt::format("{}: {}", setting.origin, set.error().message));
       return false;
     }
-    left = std::move(failed);
+    description->add_attributes(setting.name + "=" + setting.value);
   }
   return true;
 }

@@ -11,9 +11,8 @@
 //            u64, hash of the second part u64, then a count u16 for each section
 //   text     offset u16 in the strings section, size u8
 //   keyword  kind u8, name text
-//   constant type u8 (kParameterBit: a parameter, whose value a run may choose), value u32; a
-//   text's
-//            value is its place in the strings, offset and size u16
+//   constant type u8 (kParameterBit: a parameter, whose value a run may choose), value u32; that
+//            of a text is its place in the strings, offset and size u16
 //   types    type u8: lists of types, which functions share
 //   function code begin u16, role u8, signature u16 (bits 0 to 3 the return type, 4 to 8 the number
 //            of arguments, 9 to 13 that of locals), first of the locals' types u16

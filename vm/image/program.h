@@ -282,7 +282,8 @@ class VerifiedProgram {
   [[nodiscard]] Text field_name(int role, int field) const;
   /// The name of a parameter or variable of a function.
   [[nodiscard]] Text local_name(int function, int local) const;
-  /// How many parameters the notes describe, and parameter i of them in declared order.
+  /// How many parameters the notes describe, and parameter i of them, in the order of the
+  /// constants.
   [[nodiscard]] int num_parameters() const;
   [[nodiscard]] ParameterInfo parameter(int i) const;
   /// Source line (1-based) of an instruction, 0 if unknown. `pc` is a byte offset in the function.

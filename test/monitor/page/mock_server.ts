@@ -188,7 +188,8 @@ export class MockServer {
     else if (words[0] === 'set') run.said.push(`${words.join(' ')} 0123456789abcdef --at 9`);
     else if (words[0] !== 'push' && words[0] !== 'speed') throw new Error(`There is no command "${words[0]}".`);
     this.tellPaused(run);
-    return { tick: run.tick + 1, command: request.command };
+    const answer = { tick: run.tick + 1, command: request.command };
+    return words[0] === 'set' ? { ...answer, switch_seconds: 9 } : answer;
   }
 
   private step(run: MockRun, ticks: number): void {

@@ -313,6 +313,8 @@ export class ControlPanel implements Panel {
 function describe(answer: Decoded): string {
   if (typeof answer.text === 'string') return answer.text;
   if (answer.pending) return `will take effect at tick ${answer.tick}, once the run gets there`;
+  // A program, and a parameter's value, reach all modules before they hold.
+  if (typeof answer.switch_seconds === 'number') return `holds everywhere from ${answer.switch_seconds} s on`;
   if (typeof answer.tick === 'number') return `took effect at tick ${answer.tick}`;
   return 'done';
 }
