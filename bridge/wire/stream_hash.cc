@@ -10,6 +10,12 @@
 #include "compiler/base/big_endian.h"
 
 namespace morphbus::bridge {
+namespace {
+
+/// The hash in the library's canonical form: the high half first.
+std::string TextOf(const XXH128_hash_t& hash) { return HexText(hash.high64) + HexText(hash.low64); }
+
+}  // namespace
 
 uint64_t DigestOf(const uint8_t* data, size_t size) { return XXH3_64bits(data, size); }
 
@@ -32,6 +38,10 @@ std::string HexText(uint64_t hash) {
   return text;
 }
 
+std::string BytesHash(std::string_view bytes) {
+  return TextOf(XXH3_128bits(bytes.data(), bytes.size()));
+}
+
 std::string RunHash(std::vector<ChannelTotal> totals) {
   std::ranges::sort(totals, {}, &ChannelTotal::channel);
   XXH3_state_t state;
@@ -50,9 +60,7 @@ std::string RunHash(std::vector<ChannelTotal> totals) {
     StoreBigEndian(static_cast<uint64_t>(total.chained_hash), numbers.data() + 8);
     XXH3_128bits_update(&state, numbers.data(), numbers.size());
   }
-  // As the library's canonical form: the high half first.
-  const XXH128_hash_t hash = XXH3_128bits_digest(&state);
-  return HexText(hash.high64) + HexText(hash.low64);
+  return TextOf(XXH3_128bits_digest(&state));
 }
 
 }  // namespace morphbus::bridge

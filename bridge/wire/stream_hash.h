@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <morphbus/channel_total_t.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace morphbus::bridge {
@@ -43,6 +44,9 @@ using ChannelTotal = morphbus::channel_total_t;
 
 /// A hash as 16 hexadecimal digits.
 std::string HexText(uint64_t hash);
+
+/// XXH3, 128 bits, of any bytes, as 32 hexadecimal digits.
+std::string BytesHash(std::string_view bytes);
 
 /// Hash of a run, 32 hexadecimal digits: XXH3 (128 bits) over the hashed channels in order of name,
 /// each as name without the run's ("m1/TRANSFORM"), NUL, count and hash (64 bits, big-endian). The

@@ -36,6 +36,13 @@ std::string NameFirst(const std::vector<std::string>& names, size_t most) {
   return text;
 }
 
+std::string CsvCell(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+  std::string cell = "\"";
+  for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return cell + "\"";
+}
+
 std::string Hex(uint64_t value, int digits) {
   // Sixteen digits are all that a value can have.
   char text[24];

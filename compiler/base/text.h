@@ -1,6 +1,6 @@
 #pragma once
-// Small texts for people: counts with their nouns, hashes, times, and text from outside made safe
-// for a terminal.
+// Small texts for people: counts with their nouns, hashes, times, cells of tables, and text from
+// outside made safe for a terminal.
 
 #include <cstdint>
 #include <string>
@@ -20,6 +20,9 @@ namespace morphbus {
 /// `value` in lower-case hexadecimal with at least `digits` digits and no prefix. Hashes are
 /// written with 16.
 [[nodiscard]] std::string Hex(uint64_t value, int digits = 16);
+
+/// A text as a cell of a CSV table (RFC 4180): in quotation marks if it holds what separates cells.
+[[nodiscard]] std::string CsvCell(std::string_view text);
 
 /// Microseconds, the unit of time of messages and logs, as seconds.
 [[nodiscard]] constexpr double Seconds(int64_t us) { return static_cast<double>(us) * 1e-6; }

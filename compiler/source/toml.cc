@@ -52,19 +52,53 @@ class TomlReader {
   }
 
  private:
-  /// Keys of many parts make tables in tables, which parser and reader take apart by recursion. A
-  /// key ends with its line.
+  /// Parser and reader take tables in tables apart by recursion, so that a text of too many is
+  /// refused before either sees it.
   bool CheckDepth() {
-    constexpr int kMostDots = 500;
-    int dots = 0;
-    for (size_t at = 0; at < text_.size(); ++at) {
-      dots = text_[at] == '\n' ? 0 : dots + (text_[at] == '.' ? 1 : 0);
-      if (dots <= kMostDots) continue;
-      diagnostics_.Error({file_, at, at + 1}, "more points in a line than can be read")
-          .Hint("break the line");
-      return false;
+    constexpr int kMostTables = 500;
+    // Points since the last bracket, comma or line: a key of so many parts makes so many tables.
+    // The decimal point of a value beside it is counted, too, and makes no difference that counts.
+    int points = 0;
+    // Tables and lists around this place, for each bracket that is open.
+    std::vector<int> around = {0};
+    for (size_t at = 0; at < text_.size(); at = AfterToken(at)) {
+      const char c = text_[at];
+      if (c == '.') ++points;
+      const int depth = around.back() + points;
+      if (depth > kMostTables) {
+        diagnostics_.Error({file_, at, at + 1}, "more tables in tables than can be read");
+        return false;
+      }
+      if (c == '[' || c == '{') around.push_back(depth + 1);
+      if ((c == ']' || c == '}') && around.size() > 1) around.pop_back();
+      if (std::string_view("[]{},\n").find(c) != std::string_view::npos) points = 0;
     }
     return true;
+  }
+
+  /// The place behind the text in quotation marks, the comment or the character that begins here.
+  [[nodiscard]] size_t AfterToken(size_t at) const {
+    const char mark = text_[at];
+    if (mark == '#') return std::min(text_.find('\n', at), text_.size());
+    if (mark != '"' && mark != '\'') return at + 1;
+    const std::string three(3, mark);
+    const bool long_text = text_.substr(at).starts_with(three);
+    const std::string_view end = long_text ? std::string_view(three) : text_.substr(at, 1);
+    for (at += end.size(); at < text_.size(); ++at) {
+      if (mark == '"' && text_[at] == '\\') {
+        ++at;
+      } else if (text_.substr(at).starts_with(end)) {
+        at += end.size();
+        // Up to two marks more before the last three are the text's own.
+        for (int more = 0; long_text && more < 2 && at < text_.size() && text_[at] == mark; ++more)
+          ++at;
+        return at;
+      } else if (!long_text && text_[at] == '\n') {
+        // A text of one line that has no end is the parser's error.
+        return at;
+      }
+    }
+    return text_.size();
   }
 
   /// Offset of a place of which toml++ tells line and column, both from 1. Its columns count code

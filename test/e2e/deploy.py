@@ -287,19 +287,20 @@ class Interrupted(Dying, Deploying):
         chance = random.Random(5)
         self.start()
         self.reach(FIRST_STEP)
-        # So slow that processes that start slowly are still in the middle of it: the program is everywhere after some fifty
-        # ticks, and runs after some hundred and fifty.
-        slow = 0.2
-        self.control('speed', slow)
+        self.control('pause')
         told = self.control('deploy', CAREFUL, '--to', 'm1')
         named = round(told['switch_seconds'] / 0.02)
+        held = told['tick'] - 1
         for first in (0, 25):
-            # The moment: anywhere in what m1 has to do.
-            self.reach(told['tick'] + chance.randrange(first, first + 25), slow)
-            pid = self.pid_of('m1')
-            os.kill(pid, signal.SIGKILL)
+            # Anywhere in what m1 has to do: while the run is on its way to this tick, or when it has just come there.
+            moment = told['tick'] + chance.randrange(first, first + 25)
+            self.control('step', moment - held)
+            pid = self.kill('m1')
             self.await_successor('m1', pid)
-            self.assertLess(self.control('speed', slow)['tick'], named, 'too late to be in the middle of it')
+            self.await_held(moment)
+            held = moment
+        self.assertLess(held, named)
+        self.control('resume')
         self.reach(named + 2 * CYCLE)
         self.control('stop')
         self.assertEqual(self.end()['restarts'], {'m1': 2})

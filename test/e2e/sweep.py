@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """`morphbus sweep`: the same rows whoever runs them, however often they are disturbed; and what cannot be used is said."""
-import base64
 import csv
 import json
 import os
@@ -135,6 +134,11 @@ class Rows(SweepCase):
         # The same run, alone: its value is that of the source.
         alone = as_json('run', MODEL, program, '--robot', 'arm', '--seconds', 0.2, '--inproc', '--no-log', status=1)
         self.assertEqual(rows[1]['hash'], alone['hash'])
+        # A range of whole numbers is one of an int's values, and what the command line says takes the place of the file's.
+        morphbus('sweep', self.sweep_file(text + '{from = 1, to = 9, step = 4}\n', 'steps'))
+        self.assertEqual([row['n'] for row in self.rows(self.database('steps'))], ['1', '5', '9'])
+        morphbus('sweep', self.sweep_file(text + '2\n[[run]]\nset.n = 4\n', 'runs'), 'n=3,5', '-o', self.database('words'))
+        self.assertEqual([row['hash'] for row in self.rows(self.database('words'))], [row['hash'] for row in rows])
         for values, words in (('[3, 10]', 'parameter n: 10 is out of its range, 1 to 9'), ('0.5', 'expected an int, 1 to 9')):
             done = morphbus('sweep', self.sweep_file(text + values + '\n', 'bad'), status=2)
             self.assertIn(words, done.stderr)
@@ -154,24 +158,6 @@ class Rows(SweepCase):
         self.assertEqual([(row['friction'], row['loss']) for row in rows[4:]], [('0.5', '')] * 4)
         self.assertLessEqual({row['seed'] for row in rows}, {'3', '4'})
         self.assertEqual(as_json('sweep', file, '--dry-run')['rows'], 8)
-
-    def test_a_chunk_is_all_that_another_machine_needs(self):
-        file = self.sweep_file(SMALL)
-        morphbus('sweep', file, 'seed=1')
-        with sqlite3.connect(self.database()) as base:
-            inputs = base.execute('SELECT place, key, parts, own FROM plan JOIN inputs USING (key) ORDER BY place').fetchall()
-            parts = base.execute('SELECT hash, bytes FROM parts').fetchall()
-            version, = base.execute('SELECT DISTINCT version FROM results').fetchone()
-            results = base.execute('SELECT hash, figures FROM plan JOIN results USING (key) ORDER BY place').fetchall()
-        text = lambda some: base64.b64encode(some).decode()
-        lines = [{'chunk': 1, 'version': version}, *({'part': part, 'bytes': text(some)} for part, some in parts),
-                 *({'row': place, 'key': key, 'parts': json.loads(names), 'own': text(own), 'log': ''} for place, key, names, own in inputs)]
-        chunk, answers = self.folder / 'chunk', self.folder / 'answers'
-        chunk.write_text('\n'.join(map(json.dumps, lines)) + '\n')
-        morphbus('sweep', 'worker', chunk, '-o', answers, cwd='/')
-        self.assertEqual([(row['hash'], row['figures']) for row in map(json.loads, answers.read_text().splitlines())], results)
-        chunk.write_text(json.dumps({'chunk': 1, 'version': '0.0.1'}) + '\n')
-        self.assertIn('the same program has to run it', morphbus('sweep', 'worker', chunk, '-o', answers, status=2).stderr)
 
 
 class Failures(SweepCase):
@@ -277,6 +263,21 @@ class Expectations(SweepCase):
         self.assertEqual(alone['hash'], self.rows(self.database())[4]['hash'])
         self.assertIn(first['command'], morphbus('sweep', file, status=1).stdout)
 
+    def test_one_that_is_about_no_row_fails(self):
+        file = self.sweep_file(ARM + 'seconds = 0.02\n[[expect]]\nthat = "num_faults == 0"\nwhere = "friction > 0.5"\n')
+        # Of the run's own friction nothing is said.
+        self.assertIn("there is no figure 'friction'", morphbus('sweep', file, status=2).stderr)
+        self.sweep_file(ARM + 'seconds = 0.02\nfriction = 0.5\n[[expect]]\nthat = "num_faults == 0"\nwhere = "friction > 0.5"\n')
+        done = morphbus('sweep', file, status=1)
+        self.assertIn('FAILS: num_faults == 0 (where friction > 0.5) (it is about no row)', done.stdout)
+
+    def test_one_that_cannot_be_computed_loses_no_rows(self):
+        file = self.sweep_file(ARM + 'seconds = 0.02\n[[expect]]\nthat = "gait.forwrd_m > 0"\n')
+        done = morphbus('sweep', file, status=2)
+        self.assertIn('1 of 1 row done', done.stderr)
+        self.assertRegex(done.stderr, r"expect: .*there is no figure 'gait.forwrd_m'")
+        self.assertEqual([row['status'] for row in self.rows(self.database())], ['done'])
+
     def test_logs_are_kept_of_the_best(self):
         file = self.sweep_file(SMALL.replace('0.2\n', '1\n', 1).replace('loss = [0, 0.2]\nseeds = [1, 2]\n', '')
                                + 'keep = {best = 1, by = "path_length"}\n')
@@ -285,6 +286,25 @@ class Expectations(SweepCase):
         self.assertEqual(as_json('info', log)['hash'], best['hash'])
         # It is kept once.
         self.assertEqual(as_json('sweep', file)['logs'], [])
+
+    def test_logs_are_kept_of_the_smallest_and_of_what_failed(self):
+        file = self.sweep_file(ARM + f'seconds = [0.1, 0.2, {ENDLESS}]\nkeep = {{best = 1, by = "sim_seconds", smallest = true, failed = true}}\n')
+        process = self.start(file, '--jobs', '1', '--json')
+        self.await_done(self.database(), 2)
+        worker, = children_of(process.pid)
+        os.kill(worker, signal.SIGKILL)
+        # It is run again for its log, and has none if it is killed again.
+        await_condition(lambda: list(self.database().with_suffix('.logs').glob('row-3-*.partial')), 'the log is begun')
+        worker, = children_of(process.pid)
+        os.kill(worker, signal.SIGKILL)
+        output, errors = process.communicate(timeout=LIMIT)
+        self.assertEqual(process.returncode, 3, errors)
+        logs = json.loads(output)['logs']
+        self.assertEqual([as_json('info', log)['hash'] for log in logs], [self.rows(self.database())[0]['hash']])
+
+    def test_by_what_is_no_number_none_is_best(self):
+        file = self.sweep_file(ARM + 'seconds = 0.02\nkeep = {best = 1, by = "hash"}\n')
+        self.assertIn('keep: hash is no number', morphbus('sweep', file, status=2).stderr)
 
 
 class WrongFiles(SweepCase):
@@ -334,9 +354,17 @@ class WrongFiles(SweepCase):
         for word, expected in (('frction=', 'expected NAME=VALUES'), ('friction=a', 'command line:1:10: error: expected a number'),
                                ('friction=1..0:1', 'expected more than 1'), ('seed=1..9', 'of this samples are drawn')):
             self.assertIn(expected, morphbus('sweep', file, word, status=2).stderr)
+        self.assertIn('the variants of a robot run all', morphbus('sweep', file, 'variant=3', status=2).stderr)
         self.assertIn("there is no engine 'slrm'", morphbus('sweep', file, '--engine', 'slrm', status=2).stderr)
         self.assertIn("there is no command 'statsu' (did you mean 'status'?)", morphbus('sweep', 'statsu', file, status=2).stderr)
         self.assertEqual(as_json('sweep', file, 'friction=0.1..0.3:0.1', 'seed=1,2', '--dry-run')['axes'], {'friction': 3, 'seed': 2})
+        # Options may stand first.
+        self.assertEqual(as_json('sweep', '--dry-run', file, 'seed=1,2')['rows'], 2)
+
+    def test_a_database_is_no_file_of_a_sweep(self):
+        file = self.sweep_file(ARM + 'seconds = 0.02\n')
+        morphbus('sweep', file)
+        self.assertRegex(morphbus('sweep', self.database(), status=2).stderr, 'is the database of a sweep.*morphbus sweep status ')
 
 
 class Document(SweepCase):

@@ -113,6 +113,49 @@ TEST(SweepTest, WordsOfTheCommandLineTakeThePlaceOfTheFile) {
   EXPECT_EQ(NumbersOf(points, "a"), (std::vector<double>{10, 10, 15, 15, 20, 20}));
 }
 
+TEST(SweepTest, TheyReplaceWhatARunSaysAndWhatStandsInTables) {
+  const auto points = PointsIn(
+      "[set.MTRAN.active_block]\nmass = 0.2\n[[run]]\nfriction = 0.1\nset = {a = 3}\n"
+      "[[run]]\nset.MTRAN.active_block.mass = 0.3\n",
+      {"friction=0.7", "a=5", "MTRAN.active_block.mass=0.4"});
+  ASSERT_EQ(points.size(), 2u);
+  for (const RunPoint& point : points) {
+    EXPECT_EQ(point["friction"], 0.7);
+    EXPECT_EQ(point["a"], 5);
+    EXPECT_EQ(point["MTRAN.active_block.mass"], 0.4);
+  }
+}
+
+TEST(SweepTest, NumbersThatAreWrittenWholeStayWhole) {
+  // An int of a program takes 3, and not 3.0.
+  const auto set_of = [](const std::string& values) {
+    std::vector<std::string> settings;
+    for (const RunPoint& point : PointsIn("[set]\nn = " + values + "\n"))
+      settings.push_back(OptionsOf(point, "folder").set.front());
+    return settings;
+  };
+  EXPECT_EQ(set_of("{from = 1, to = 9, step = 4}"),
+            (std::vector<std::string>{"n=1", "n=5", "n=9"}));
+  EXPECT_EQ(set_of("{from = 1, to = 2, step = 0.5}"),
+            (std::vector<std::string>{"n=1.0", "n=1.5", "n=2.0"}));
+  EXPECT_EQ(set_of("{from = 1.0, to = 2, count = 2}"),
+            (std::vector<std::string>{"n=1.0", "n=2.0"}));
+}
+
+TEST(SweepTest, SettingsThatAreCalledLikeAFigureStandBehindSet) {
+  const auto points = PointsIn("[set]\nwalk = 1\nhash = 2\nvariant = 3\nstride = 4\n");
+  ASSERT_EQ(points.size(), 1u);
+  EXPECT_EQ(points[0], (Json{{"model", "m"},
+                             {"program", "p"},
+                             {"seconds", 1.0},
+                             {"set.hash", 2},
+                             {"set.variant", 3},
+                             {"set.walk", 1},
+                             {"stride", 4}}));
+  EXPECT_EQ(OptionsOf(points[0], "folder").set,
+            (std::vector<std::string>{"hash=2", "variant=3", "walk=1", "stride=4"}));
+}
+
 TEST(SweepTest, ACommandIsQuotedForAShell) {
   const RunPoint point = {{"model", "it's.m3l"}, {"program", "p.dyn"}, {"seconds", 1.5},
                           {"still", true},       {"world", ""},        {"a", "x y"}};

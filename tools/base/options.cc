@@ -212,6 +212,8 @@ Option Subcommand::Seed(uint64_t* target, const std::string& what) {
   return Option(app_->add_option("--seed", *target, what)->check(CLI::Validator(check, "")));
 }
 
+void Subcommand::Hidden() { app_->group(""); }
+
 void Subcommand::Footer(const std::string& text) { app_->footer(text); }
 
 void Subcommand::Do(Action action) {

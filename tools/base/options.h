@@ -82,6 +82,8 @@ class Subcommand {
   /// unsigned option would take -1 for the largest, and cut what is too large).
   Option Seed(uint64_t* target, const std::string& what);
 
+  /// The list of commands leaves it out.
+  void Hidden();
   /// Examples and exit statuses, at the end of the help.
   void Footer(const std::string& text);
   /// What the subcommand does if the user chose it.

@@ -68,7 +68,6 @@ inline constexpr OutputKind kWebp = {"a WebP picture", "RIFF", "WEBP"};
 inline constexpr OutputKind kReport = {"an HTML report", "<!DOCTYPE html>"};
 inline constexpr OutputKind kSweepCsv = {"a table of a sweep", "row,"};
 inline constexpr OutputKind kSweepJson = {"the rows of a sweep", "[\n{\"row\":"};
-inline constexpr OutputKind kSweepResults = {"results of a sweep", "{\"row\":"};
 inline constexpr OutputKind kVariants = {"a list of variants", "// ",
                                          ": other connections, the same kinematics."};
 }  // namespace outputs

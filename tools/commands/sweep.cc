@@ -40,6 +40,12 @@ std::optional<ReadySweep> Prepare(const SweepOptions& options) {
   }
   const Result<std::string> text = ReadFile(options.file, size_t{16} << 20);
   if (!text) return Refuse(text.error().message);
+  if (text->starts_with("SQLite format 3")) {
+    return Refuse(
+        fmt::format("{} is the database of a sweep, and not its file: morphbus sweep "
+                    "status {} looks into it",
+                    options.file, ShellWord(options.file)));
+  }
   source::SourceSet sources;
   source::Diagnostics diagnostics;
   const int file = sources.AddText(options.file, *text);
@@ -120,7 +126,8 @@ std::optional<std::vector<std::string>> KeepLogs(const SweepFile& file, SweepSto
     return std::nullopt;
   }
   for (const RowRepeat& repeat : rows.Repeats()) {
-    logs.push_back(repeat.log);
+    // A run that crashes leaves no log that is whole.
+    if (std::filesystem::exists(repeat.log, error)) logs.push_back(repeat.log);
     if (!repeat.same())
       Warn(fmt::format("row {} went another way when its log was kept (morphbus sweep verify)",
                        repeat.place));
@@ -132,7 +139,11 @@ std::optional<std::vector<std::string>> KeepLogs(const SweepFile& file, SweepSto
 /// runs again.
 void PrintExpectation(const ExpectationResult& result, const std::string& folder) {
   const auto failed = static_cast<int64_t>(result.failures.size());
-  if (failed == 0) {
+  if (result.rows == 0) {
+    Print("  FAILS: {} (it is about no row)\n", result.text);
+    return;
+  }
+  if (result.holds) {
     Print("  holds: {} ({})\n", result.text, Counted(result.rows, "row"));
     return;
   }
@@ -157,7 +168,7 @@ Json ExpectationJson(const ExpectationResult& result, const std::string& folder)
   }
   return {{"expect", result.text},
           {"rows", result.rows},
-          {"holds", result.failures.empty()},
+          {"holds", result.holds},
           {"failures", failures}};
 }
 
@@ -170,24 +181,22 @@ int Report(const ReadySweep& sweep, SweepStore* store, const SweepOptions& optio
   // What is not there yet cannot be judged.
   Result<std::vector<ExpectationResult>> expectations = std::vector<ExpectationResult>();
   if (whole) expectations = CheckExpectations(sweep.file, store);
-  if (!expectations) return Unusable(expectations.error().message);
-  const bool holds =
-      std::ranges::all_of(*expectations, [](const auto& one) { return one.failures.empty(); });
+  // The rows are done all the same, and no output is made of what is not known.
+  if (!expectations) {
+    Say("{} of {} done: {}\n", counts->done, Counted(counts->rows, "row"), store->path());
+    return Unusable(expectations.error().message);
+  }
+  const bool holds = std::ranges::all_of(*expectations, &ExpectationResult::holds);
   const int64_t failed = counts->failed + counts->crashed + counts->timeout;
   if (options.json) {
     Json list = Json::array();
     for (const ExpectationResult& one : *expectations)
       list.push_back(ExpectationJson(one, sweep.file.folder));
-    PrintJson({{"database", store->path()},
-               {"rows", counts->rows},
-               {"done", counts->done},
-               {"failed", counts->failed},
-               {"crashed", counts->crashed},
-               {"timeout", counts->timeout},
-               {"missing", counts->missing()},
-               {"wall_seconds", seconds},
-               {"expectations", list},
-               {"logs", logs}});
+    Json json = CountsJson(store->path(), *counts);
+    json["wall_seconds"] = seconds;
+    json["expectations"] = list;
+    json["logs"] = logs;
+    PrintJson(json);
   } else {
     Print("{} of {} done{} in {}: {}\n", counts->done, Counted(counts->rows, "row"),
           failed == 0 ? "" : fmt::format(", {} failed", failed), DurationText(seconds),
@@ -204,6 +213,8 @@ int Report(const ReadySweep& sweep, SweepStore* store, const SweepOptions& optio
     Say("morphbus sweep missing {} lists the rows that failed, --retry runs them again\n",
         ShellWord(store->path()));
   }
+  // A signal may have come while logs were kept, of which some are missing then.
+  if (CaughtSignal() != 0) return kNo;
   return !holds ? kNo : failed > 0 ? kFailed : kDone;
 }
 
@@ -241,10 +252,7 @@ void AddSweepRun(CommandLine* line) {
            "Only say how many runs it is, about how long and how large");
   sub.Add("-o,--output", &options->output, "The database (default: FILE.sweep.db beside the file)");
   sub.Add("--engine", &options->engine, "Where it runs: local (default)");
-  sub.Add("-j,--jobs", &options->jobs, "Processes (default: one a processor)").Range(1, 1024);
-  sub.Add("--timeout", &options->timeout,
-          "Wall time that a run may take (default: 60 s and 20 times its own)")
-      .Seconds();
+  AddJobs(&sub, options.get());
   sub.Flag("--retry", &options->retry, "Also run those again that failed");
   sub.Json(&options->json);
   sub.Footer(
@@ -270,8 +278,9 @@ int Sweep(const std::vector<std::string>& words) {
   std::vector<const char*> arguments = {"morphbus sweep"};
   // A file, or an option of the first command, stands for that command.
   const std::string first = words.empty() ? "" : words.front();
+  const bool of_all = first == "-h" || first == "--help" || first == "--version";
   const bool file = first.find_first_of("./") != std::string::npos;
-  if (file) arguments.push_back("run");
+  if (file || (first.starts_with("-") && !of_all)) arguments.push_back("run");
   for (const std::string& word : words) arguments.push_back(word.c_str());
   const std::optional<int> status =
       line.Parse(static_cast<int>(arguments.size()), arguments.data());
@@ -290,6 +299,19 @@ std::unique_ptr<SweepStore> OpenNamed(const std::string& name) {
   if (store) return std::move(*store);
   Unusable(store.error().message);
   return nullptr;
+}
+
+Json CountsJson(const std::string& database, const RowCounts& counts) {
+  return {{"database", database},       {"rows", counts.rows},       {"done", counts.done},
+          {"failed", counts.failed},    {"crashed", counts.crashed}, {"timeout", counts.timeout},
+          {"missing", counts.missing()}};
+}
+
+void AddJobs(Subcommand* sub, SweepOptions* options) {
+  sub->Add("-j,--jobs", &options->jobs, "Processes (default: one a processor)").Range(1, 1024);
+  sub->Add("--timeout", &options->timeout,
+           "Wall time that a run may take (default: 60 s and 20 times its own)")
+      .Seconds();
 }
 
 int JobsOf(const SweepOptions& options) {

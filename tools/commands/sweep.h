@@ -38,11 +38,15 @@ std::string DatabaseOf(const std::string& file);
 /// The database that the user named, by its own name or that of the sweep's file, opened for
 /// reading. Null after saying why it cannot be used.
 std::unique_ptr<SweepStore> OpenNamed(const std::string& name);
+/// How many rows are in which state, as every command's --json says it first.
+Json CountsJson(const std::string& database, const RowCounts& counts);
+/// Adds the options of those that run rows: --jobs and --timeout.
+void AddJobs(Subcommand* sub, SweepOptions* options);
 /// How many processes run: those that were asked for, or one a processor.
 int JobsOf(const SweepOptions& options);
 
 /// Adds those that look at a database, or run rows of it again: status, missing, rerun, verify,
-/// export, worker.
+/// export; and worker, which the others start.
 void AddSweepQueries(CommandLine* line);
 
 }  // namespace morphbus::tools

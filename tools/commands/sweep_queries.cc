@@ -1,5 +1,5 @@
-// morphbus sweep status, missing, rerun, verify, export and worker: what looks at the rows of a
-// sweep, or runs some of them again.
+// morphbus sweep status, missing, rerun, verify and export: what looks at the rows of a sweep, or
+// runs some of them again; and the processes that run them.
 
 #include <fmt/format.h>
 
@@ -20,6 +20,7 @@ namespace {
 /// Rows that are listed where there may be thousands; --json has all.
 constexpr int64_t kShownRows = 20;
 
+/// How far a sweep is, and who ran its rows.
 int Status(const SweepOptions& options) {
   const std::unique_ptr<SweepStore> store = OpenNamed(options.file);
   if (!store) return kUnusable;
@@ -36,16 +37,11 @@ int Status(const SweepOptions& options) {
   });
   if (!read) return Unusable(read.error().message);
   if (options.json) {
-    PrintJson({{"database", store->path()},
-               {"rows", counts->rows},
-               {"done", counts->done},
-               {"failed", counts->failed},
-               {"crashed", counts->crashed},
-               {"timeout", counts->timeout},
-               {"missing", counts->missing()},
-               {"of_earlier_plans", counts->others},
-               {"run_seconds", seconds},
-               {"versions", versions}});
+    Json json = CountsJson(store->path(), *counts);
+    json["of_earlier_plans"] = counts->others;
+    json["run_seconds"] = seconds;
+    json["versions"] = versions;
+    PrintJson(json);
     return kDone;
   }
   Print("{}: {} of {} done, {} failed, {} crashed, {} out of time, {} missing\n", store->path(),
@@ -61,6 +57,7 @@ int Status(const SweepOptions& options) {
   return kDone;
 }
 
+/// Lists the rows that are not done. They are printed as they are read, for there may be a million.
 int Missing(const SweepOptions& options) {
   const std::unique_ptr<SweepStore> store = OpenNamed(options.file);
   if (!store) return kUnusable;
@@ -89,6 +86,7 @@ int Missing(const SweepOptions& options) {
   return count == 0 ? kDone : kNo;
 }
 
+/// Runs one row again, from what the database holds: model and program may be gone.
 int Rerun(const SweepOptions& options) {
   const std::unique_ptr<SweepStore> store = OpenNamed(options.file);
   if (!store) return kUnusable;
@@ -102,7 +100,7 @@ int Rerun(const SweepOptions& options) {
   if (!options.log.empty() && !MayWriteLog(options.log, options.force, {store->path()}))
     return kUnusable;
   const RowResult result = RunForRow(*description, options.log);
-  // A row that has not been run has nothing to agree with.
+  // A row that has not been run, or failed, has nothing to agree with.
   const bool done = result.status == RowResult::Status::kRan;
   const std::optional<RowResult>& before = (*row)->result;
   const bool known = before && before->status == RowResult::Status::kRan;
@@ -129,6 +127,7 @@ int Rerun(const SweepOptions& options) {
   return same ? kDone : kNo;
 }
 
+/// Runs a share of the rows again, and names those that come to something else.
 int Verify(const SweepOptions& options) {
   const std::unique_ptr<SweepStore> store = OpenNamed(options.file);
   if (!store) return kUnusable;
@@ -175,6 +174,7 @@ int Verify(const SweepOptions& options) {
   return differ.empty() && CaughtSignal() == 0 ? kDone : kNo;
 }
 
+/// Writes all rows in their order.
 int Export(const SweepOptions& options) {
   const bool csv = options.format == "csv";
   if (!csv && options.format != "json") {
@@ -207,25 +207,13 @@ Query AddQuery(CommandLine* line, const char* name, const char* what) {
       .Required();
   return query;
 }
-void AddJobs(Query* query) {
-  query->sub.Add("-j,--jobs", &query->options->jobs, "Processes (default: one a processor)")
-      .Range(1, 1024);
-  query->sub
-      .Add("--timeout", &query->options->timeout,
-           "Wall time that a run may take (default: 60 s and 20 times its own)")
-      .Seconds();
-}
-
+/// The processes of a sweep, which nobody starts by hand.
 void AddWorker(CommandLine* line) {
-  Subcommand sub = line->Add("worker", "Run the rows of a chunk: what the processes of a sweep do");
+  Subcommand sub = line->Add("worker", "Run the rows that come over a socket");
+  sub.Hidden();
   auto options = std::make_shared<SweepOptions>();
-  sub.Add("CHUNK", &options->file, "File with rows and all that they need");
-  sub.Add("-o,--output", &options->output, "File for the results, a line of JSON each");
-  sub.Add("--fd", &options->fd, "Socket for both, in the place of files").Hidden();
-  sub.Footer("Example:\n  morphbus sweep worker chunk.jsonl -o results.jsonl");
-  sub.Do([options] {
-    return options->fd >= 0 ? ServeRows(options->fd) : RunChunk(options->file, options->output);
-  });
+  sub.Add("--fd", &options->fd, "The socket").Required();
+  sub.Do([options] { return ServeRows(options->fd); });
 }
 
 }  // namespace
@@ -257,7 +245,7 @@ void AddSweepQueries(CommandLine* line) {
       AddQuery(line, "verify", "Run a share of the rows again, which must come to the same hashes");
   verify.sub.Add("--sample", &verify.options->sample, "The share (default: 5%)").Fraction();
   verify.sub.Seed(&verify.options->seed, "Seed by which rows are drawn (default 1)");
-  AddJobs(&verify);
+  AddJobs(&verify.sub, verify.options.get());
   verify.sub.Json(&verify.options->json);
   verify.sub.Footer(
       "Exit status 1: rows differ.\nExample:\n  morphbus sweep verify walk.toml --sample 10%");

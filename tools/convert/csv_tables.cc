@@ -27,14 +27,6 @@ void AddNumber(double value, std::string* row) {
   fmt::format_to(std::back_inserter(*row), ",{}", value);
 }
 
-/// A text as a cell: in quotes if it holds what separates cells.
-std::string TextCell(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
-  std::string cell = "\"";
-  for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return cell + "\"";
-}
-
 /// The type of a module; null if the log has no model or that has no such module.
 const model::ModuleType* TypeOf(const RunLog& log, const ModuleSeries& module) {
   return log.robot == nullptr || module.model_index < 0
@@ -370,7 +362,7 @@ Result<void> WriteConnectorCommands(const RunLog& log, const TextSink& write) {
         rows.Add(sample.time_us, fmt::format(",{},{},{},{}", module.name,
                                              NameOf(type, &model::ModuleType::connectors,
                                                     command.connector, "connector"),
-                                             TextCell(state), TextCell(value)));
+                                             CsvCell(state), CsvCell(value)));
       }
     }
   }
@@ -408,7 +400,7 @@ Result<void> WriteRoles(const RunLog& log, const TextSink& write) {
       const morphbus::status_t& s = sample.status;
       rows.Add(sample.time_us,
                fmt::format(",{},{},{},{},{},{},{},{},{}", sample.tick, module.name,
-                           TextCell(s.role_name), TextCell(LabelsText(type, s)), SignsText(type, s),
+                           CsvCell(s.role_name), CsvCell(LabelsText(type, s)), SignsText(type, s),
                            int{s.has_pose}, int{s.pose_stale}, int{s.frozen}, s.incarnation));
     }
   }
@@ -422,8 +414,8 @@ Result<void> WriteFaults(const RunLog& log, const TextSink& write) {
   for (const logger::FaultFact& fault : log.facts.faults) {
     // A line of 0 says that the image has no lines; its cell stays empty.
     rows.Add(fault.time_us,
-             fmt::format(",{},{},{},{},{},{}", fault.module, TextCell(fault.role),
-                         TextCell(fault.text), TextCell(fault.function), TextCell(fault.file),
+             fmt::format(",{},{},{},{},{},{}", fault.module, CsvCell(fault.role),
+                         CsvCell(fault.text), CsvCell(fault.function), CsvCell(fault.file),
                          fault.fault.line > 0 ? std::to_string(fault.fault.line) : ""));
   }
   return rows.Write("time [s],module,role,fault,function,file,line\n", write);
@@ -434,8 +426,8 @@ Result<void> WritePrints(const RunLog& log, const TextSink& write) {
   Rows rows;
   for (const logger::PrintFact& print : log.facts.prints) {
     rows.Add(print.time_us,
-             fmt::format(",{},{},{},{},{}", print.module, TextCell(print.role),
-                         TextCell(print.text), TextCell(print.file),
+             fmt::format(",{},{},{},{},{}", print.module, CsvCell(print.role), CsvCell(print.text),
+                         CsvCell(print.file),
                          print.print.line > 0 ? std::to_string(print.print.line) : ""));
   }
   return rows.Write("time [s],module,role,text,file,line\n", write);
@@ -448,7 +440,7 @@ Result<void> WriteControls(const RunLog& log, const TextSink& write) {
     // A damaged log may name any tick.
     int64_t time_us = 0;
     if (__builtin_mul_overflow(tick, int64_t{log.tick_us}, &time_us)) continue;
-    rows.Add(time_us, fmt::format(",{},{}", tick, TextCell(command)));
+    rows.Add(time_us, fmt::format(",{},{}", tick, CsvCell(command)));
   }
   return rows.Write("time [s],tick,command\n", write);
 }

@@ -67,17 +67,15 @@ class AxisReader {
 
   bool ReadTable(const source::TomlValue::Table& table, const source::Span& span, SweepAxis* axis) {
     // Which keys there are decides what the table is.
-    static const std::vector<std::string> keys = {"from", "to",    "step", "count",
-                                                  "log",  "whole", "among"};
-    std::array<const source::TomlEntry*, 7> found = {};
+    std::array<const source::TomlEntry*, kRangeKeys.size()> found = {};
     for (const source::TomlEntry& entry : table) {
-      const auto key = std::ranges::find(keys, entry.key);
-      if (key == keys.end()) {
+      const auto key = std::ranges::find(kRangeKeys, entry.key);
+      if (key == kRangeKeys.end()) {
         return Wrong(entry.key_span, fmt::format("there is no '{}' of several values", entry.key),
-                     source::NearestHint(entry.key, keys,
+                     source::NearestHint(entry.key, {kRangeKeys.begin(), kRangeKeys.end()},
                                          "there are from, to, step, count, log, whole and among"));
       }
-      found[key - keys.begin()] = &entry;
+      found[key - kRangeKeys.begin()] = &entry;
     }
     const auto [from, to, step, count, log, whole, among] = found;
     if (among != nullptr) {
@@ -108,8 +106,14 @@ class AxisReader {
       if (!number || !std::isfinite(*number)) return Wrong(entry->value.span, "expected a number");
       *end = *number;
     }
+    written_whole_ = IsWhole(from) && IsWhole(to);
     if (axis->from < axis->to) return true;
     return Wrong(to.value.span, fmt::format("expected more than {}, where it begins", axis->from));
+  }
+
+  /// Whether a number is written without a point.
+  static bool IsWhole(const source::TomlEntry& entry) {
+    return std::holds_alternative<int64_t>(entry.value.content);
   }
 
   /// A range, or the numbers that are in it.
@@ -127,6 +131,7 @@ class AxisReader {
       // A step that meets the end but for rounding meets it.
       const double steps = std::floor((axis->to - axis->from) / width * (1 + 1e-12)) + 1;
       if (!(steps <= kMostValues)) return TooMany(step->value.span);
+      written_whole_ = written_whole_ && IsWhole(*step);
       numbers = Steps(axis->from, width, static_cast<int64_t>(steps));
     } else if (count != nullptr) {
       const int64_t* wanted = std::get_if<int64_t>(&count->value.content);
@@ -169,21 +174,28 @@ class AxisReader {
   /// Checks the numbers; those of an axis that is gone through are its values.
   bool TakeNumbers(const std::vector<double>& numbers, const source::Span& span, SweepAxis* axis) {
     axis->whole = axis->whole || (input_ != nullptr && input_->kind == RunInput::Kind::kWhole);
+    const bool each = axis->kind == SweepAxis::Kind::kEach;
     for (const double number : numbers) {
       const double taken = axis->whole ? std::round(number) : number;
-      const bool fits = std::abs(taken) <= 0x1p53;
-      const Json value = axis->whole && fits ? Json(static_cast<int64_t>(taken)) : Json(taken);
+      // Who knows the setting decides about its type. A program takes 3, and not 3.0, for an int,
+      // and 3 also for a float; so what can be written without a point is.
+      const bool whole = axis->whole || (input_ == nullptr && each && written_whole_);
+      const bool fits = std::abs(taken) <= 0x1p53 && taken == std::round(taken);
+      const Json value = whole && fits ? Json(static_cast<int64_t>(taken)) : Json(taken);
       const Result<Json> checked =
           input_ != nullptr ? CheckedInput(*input_, value) : Result<Json>(value);
       if (!checked) return Wrong(span, checked.error().message);
       const bool again = !axis->values.empty() && axis->values.back() == *checked;
-      if (axis->kind == SweepAxis::Kind::kEach && !again) axis->values.push_back(*checked);
+      if (each && !again) axis->values.push_back(*checked);
     }
     return true;
   }
 
+  /// Null for a setting.
   const RunInput* input_;
   source::Diagnostics& diagnostics_;
+  /// The ends of the range, and its step, are written as whole numbers.
+  bool written_whole_ = false;
 };
 
 /// Decimals that a number has when it is written as short as it can be; more than 9 count as 10.

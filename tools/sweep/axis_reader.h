@@ -1,6 +1,7 @@
 #pragma once
 // The values of one axis of a sweep: from TOML, and from a word of the command line.
 
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,13 +14,19 @@ namespace morphbus::tools {
 /// No axis has more values.
 constexpr int64_t kMostValues = 1'000'000;
 
+/// The keys of a table that stands for several values.
+inline constexpr std::array<std::string_view, 7> kRangeKeys = {"from", "to",    "step", "count",
+                                                               "log",  "whole", "among"};
+
 /// A truth, number or text as JSON; null for anything else.
 Json ScalarOf(const source::TomlValue& value);
 
 /// Reads what stands behind `name =`: one value, a list, or a table: {from, to, step}, {from, to,
 /// count} (both ends are in it), {from, to} of which samples are drawn, {among = [ … ]}; with log =
 /// true the numbers are spread evenly by their logarithms. `input` is null for a setting, whose
-/// values may be of any kind. Nothing if something is wrong, which `diagnostics` then says.
+/// values may be of any kind: of one that goes from whole numbers on by whole steps they are whole
+/// numbers, as its program or model may want them. Nothing if something is wrong, which
+/// `diagnostics` then says.
 std::optional<SweepAxis> ReadAxis(const std::string& name, const RunInput* input,
                                   const source::TomlValue& value, source::Diagnostics* diagnostics);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "bridge/wire/stream_hash.h"
 #include "compiler/base/base64.h"
 #include "compiler/base/version.h"
 
@@ -49,12 +50,13 @@ Result<PlacedResult> ReadResult(const std::string& line) {
   const Json json = Json::parse(line, nullptr, false);
   const auto text = [&json](const char* key) { return json.value(key, std::string()); };
   // Who writes a line that is none breaks off in it.
-  if (!json.is_object() || !json.contains("row") || !json.contains("host")) {
+  if (!json.is_object() || !json.contains("row") || !json["row"].is_number_integer() ||
+      !json.contains("host")) {
     return Fail("this is no result of a row");
   }
   PlacedResult placed;
   try {
-    placed.place = json.value("row", int64_t{0});
+    placed.place = json["row"].get<int64_t>();
     placed.key = text("key");
     placed.result = {StatusOfText(text("status")), text("hash"), text("figures"), text("error"),
                      json.value("seconds", 0.0),   text("host"), text("version")};
@@ -66,7 +68,9 @@ Result<PlacedResult> ReadResult(const std::string& line) {
 
 Result<RowTask> ChunkRunner::ReadTask(const Json& json) {
   RowTask task;
-  task.place = json.value("row", int64_t{0});
+  // The library would cast any number to an integer.
+  if (!json.contains("row") || !json["row"].is_number_integer()) return Fail("a row has no number");
+  task.place = json["row"].get<int64_t>();
   task.key = json.value("key", std::string());
   task.log = json.value("log", std::string());
   task.inputs.parts = json.value("parts", std::vector<std::string>());
@@ -101,7 +105,7 @@ Result<std::optional<std::string>> ChunkRunner::TakeObject(const Json& json) {
   if (json.contains("part")) {
     const std::optional<std::string> bytes = FromBase64(json.value("bytes", std::string()));
     const std::string hash = json.value("part", std::string());
-    if (!bytes || HashText(*bytes) != hash) return Fail("a part of the chunk is damaged");
+    if (!bytes || bridge::BytesHash(*bytes) != hash) return Fail("a part of the chunk is damaged");
     parts_[hash] = *bytes;
     return std::optional<std::string>();
   }

@@ -1,7 +1,7 @@
 #pragma once
-// Rows on their way to whoever runs them, and results on their way back: lines of JSON, the same
-// over a socket to a process of this machine and in a file for another one. A chunk holds all that
-// its runs need, so that nothing but the program has to be where it runs.
+// Rows on their way to the process that runs them, and results on their way back: lines of JSON
+// over a socket. They hold all that the runs need, so that nothing but the program has to be where
+// they run.
 //
 //     {"chunk":1,"version":"0.1.0-…"}
 //     {"part":"HASH","bytes":"BASE64"}                                 (what rows share)

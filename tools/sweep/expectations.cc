@@ -52,7 +52,11 @@ class Checker {
     }
     return {};
   }
-  ExpectationResult TakeResult() { return std::move(result_); }
+  /// The result, once all rows were looked at.
+  ExpectationResult TakeResult() {
+    result_.holds = result_.rows > 0 && result_.failures.empty();
+    return std::move(result_);
+  }
 
  private:
   void Failed(const StoredRow& row, std::string why) {

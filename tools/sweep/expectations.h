@@ -22,6 +22,8 @@ struct ExpectationResult {
   /// Rows that it is about.
   int64_t rows = 0;
   std::vector<RowFailure> failures;
+  /// No row failed it. One that is about no row does not hold, for it shows nothing.
+  bool holds = false;
 };
 
 /// The value of an expression for a row: figures by their names (FlatFigures), `hash`, `status`,

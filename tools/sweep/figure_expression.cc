@@ -115,6 +115,8 @@ class ExpressionReader {
     return found == signs.end() ? std::string_view() : *found;
   }
 
+  // From the weakest operator to the strongest, each with the reader of the next one for its parts:
+  // or, and, not, comparisons, sums, products, signs.
   std::optional<Node> ReadOr() {
     if (++depth_ > kMostDepth) return Wrong("the expression has too many brackets");
     std::optional<Node> node =
@@ -132,6 +134,7 @@ class ExpressionReader {
     if (TakeWord("not")) return ReadPrefixed("not", offset, [this] { return ReadNot(); });
     return ReadCompared();
   }
+  /// What stands behind a sign or a `not`, of which there may be many in a row.
   template <typename Part>
   std::optional<Node> ReadPrefixed(const char* word, size_t offset, Part part) {
     if (++depth_ > kMostDepth) return Wrong("the expression has too many signs");
@@ -143,6 +146,8 @@ class ExpressionReader {
     return node;
   }
   std::optional<Node> ReadCompared() {
+    // In a < b < c the second comparison would be of a truth: it is left, as something behind the
+    // expression.
     bool once = false;
     return ReadChain([this] { return ReadSum(); },
                      [this, &once]() -> std::string_view {
@@ -163,6 +168,7 @@ class ExpressionReader {
     return ReadValue();
   }
 
+  /// A number, a text, a truth, a name, a function, or an expression in brackets.
   std::optional<Node> ReadValue() {
     SkipBlanks();
     const size_t offset = at_;
@@ -297,6 +303,7 @@ class Evaluation {
   /// What is no finite number, as the quotient by 0, is not known.
   static Json Known(double number) { return std::isfinite(number) ? Json(number) : Json(nullptr); }
 
+  /// `and` and `or` of three values: true, false and unknown.
   Json LogicOf(const Node& node) {
     // One of this value decides, whatever the other one is.
     const bool decides = node.word == "or";
@@ -326,6 +333,7 @@ class Evaluation {
     return Known(node.word == "*" ? a * b : a / b);
   }
 
+  /// Texts and truths can be equal; only numbers have an order.
   Json ComparisonOf(const Node& node, const Json& a, const Json& b) {
     const bool alike = (a.is_number() && b.is_number()) || (a.is_string() && b.is_string()) ||
                        (a.is_boolean() && b.is_boolean());
@@ -339,6 +347,7 @@ class Evaluation {
     return node.word == ">" ? x > y : x >= y;
   }
 
+  /// A function, which is unknown where one of its numbers is.
   Json CallOf(const Node& node) {
     std::vector<double> numbers;
     bool known = true;

@@ -1,6 +1,5 @@
 #include "tools/sweep/local_engine.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -8,15 +7,13 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
+#include <csignal>
 #include <cstring>
-#include <fstream>
 #include <memory>
 #include <vector>
 
 #include "tools/base/descriptor.h"
 #include "tools/base/messages.h"
-#include "tools/base/output_path.h"
 #include "tools/machine/child_process.h"
 #include "tools/machine/wall_clock.h"
 
@@ -190,6 +187,8 @@ class LocalEngine {
     std::unique_ptr<Worker> worker = std::move(workers_[index]);
     workers_.erase(workers_.begin() + static_cast<std::ptrdiff_t>(index));
     const RowTask task = *worker->TakeTask();
+    // Who stops a job may end all of its processes at once, which says nothing of the row.
+    if (!answered && !source_.GoOn()) return {};
     if (gone && !answered) {
       result.status = RowResult::Status::kCrashed;
       result.error = "its process " + worker->AwaitEnd();
@@ -199,9 +198,11 @@ class LocalEngine {
     }
     // A process that hangs or crashed is none for the next row.
     if (!answered) worker.reset();
-    // The process goes on before the result is put away.
-    if (Result<void> begun = Begin(std::move(worker)); !begun) return begun;
-    return source_.Take(task, result);
+    // The process goes on before the result is put away; if it cannot, the result counts all the
+    // same.
+    const Result<void> begun = Begin(std::move(worker));
+    const Result<void> taken = source_.Take(task, result);
+    return begun ? taken : begun;
   }
 
   const LocalOptions& options_;
@@ -218,40 +219,19 @@ Result<void> RunLocally(const LocalOptions& options, RowSource* source) {
 }
 
 int ServeRows(int fd) {
+  // These are for the whole sweep, which ends this process by closing the socket or by SIGKILL.
+  for (const int stop : {SIGINT, SIGTERM, SIGHUP}) std::signal(stop, SIG_IGN);
   ChunkRunner runner;
   std::string buffer;
   while (ReceiveSome(fd, &buffer)) {
     while (const std::optional<std::string> line = TakeLine(&buffer)) {
       const Result<std::optional<std::string>> answer = runner.Take(*line);
+      // Only another program than this one writes lines that cannot be read.
       if (!answer) return Unusable(answer.error().message);
       if (*answer && !SendAll(fd, **answer)) return kDone;
     }
   }
   return kDone;
-}
-
-int RunChunk(const std::string& chunk, const std::string& output) {
-  if (chunk.empty() || output.empty()) return Unusable("expected CHUNK and -o RESULTS");
-  if (!MayWrite(output, outputs::kSweepResults, false, {chunk})) return kUnusable;
-  std::ifstream lines(chunk);
-  if (!lines) return Unusable(fmt::format("cannot read {}: {}", chunk, std::strerror(errno)));
-  // Each line reaches the file at once: whoever is killed has lost the row under way alone.
-  const std::string partial = output + ".partial";
-  const Descriptor fd(open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-  const auto failed = [&partial] {
-    return Failed(fmt::format("cannot write {}: {}", partial, std::strerror(errno)));
-  };
-  if (fd.get() < 0) return failed();
-  ChunkRunner runner;
-  std::string line;
-  while (std::getline(lines, line)) {
-    const Result<std::optional<std::string>> answer = runner.Take(line);
-    if (!answer) return Unusable(fmt::format("{}: {}", chunk, answer.error().message));
-    const std::string text = answer->value_or("");
-    if (write(fd.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size()))
-      return failed();
-  }
-  return rename(partial.c_str(), output.c_str()) == 0 ? kDone : failed();
 }
 
 }  // namespace morphbus::tools

@@ -38,9 +38,4 @@ Result<void> RunLocally(const LocalOptions& options, RowSource* source);
 /// results. Returns the exit status.
 int ServeRows(int fd);
 
-/// Runs the rows of the chunk in a file, one after the other, and writes their results to another.
-/// While that is going on the results so far are in OUTPUT.partial, whole lines each. Says what
-/// goes wrong; returns the exit status.
-int RunChunk(const std::string& chunk, const std::string& output);
-
 }  // namespace morphbus::tools

@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
+#include <set>
+#include <utility>
 
 #include "compiler/base/quantity.h"
+#include "tools/sweep/row_run.h"
 
 namespace morphbus::tools {
 namespace {
@@ -14,6 +18,17 @@ using Kind = RunInput::Kind;
 
 /// Settings whose names inputs have, too, stand in points behind this.
 constexpr std::string_view kSetting = "set.";
+
+/// Whether a name, that of no input, means something else in a row: an expression could not tell a
+/// setting of that name from a figure.
+bool IsTaken(std::string_view name) {
+  static const std::set<std::string, std::less<>> taken = [] {
+    std::set<std::string, std::less<>> names = {kVariant, kVariants, "hash", "status"};
+    for (std::string& group : FigureGroups()) names.insert(std::move(group));
+    return names;
+  }();
+  return taken.contains(name);
+}
 
 /// A path of the sweep's file, as a command that runs elsewhere finds it.
 std::string PathIn(const std::string& folder, const std::string& path) {
@@ -119,8 +134,7 @@ Result<Json> CheckedInput(const RunInput& input, const Json& value) {
 
 std::string SettingName(std::string_view name) {
   if (name.starts_with(kSetting)) return std::string(name.substr(kSetting.size()));
-  return FindInput(name) != nullptr || name == kVariant || name == kVariants ? ""
-                                                                             : std::string(name);
+  return FindInput(name) != nullptr || IsTaken(name) ? "" : std::string(name);
 }
 
 std::string PointName(const std::string& setting) {

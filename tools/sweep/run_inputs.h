@@ -18,7 +18,8 @@ inline constexpr const char* kVariant = "variant";
 inline constexpr const char* kVariants = "variants";
 
 /// The values of one run by the names of its inputs: truths, numbers and texts. Those of settings
-/// stand under the setting's own name, or under "set." and that name where an input has it, too.
+/// stand under the setting's own name, or under "set." and that name where an input or a group of
+/// figures has it, too.
 using RunPoint = Json;
 
 /// One input.
@@ -43,7 +44,8 @@ const RunInput* FindInput(std::string_view name);
 /// saying what is expected, if it is none.
 Result<Json> CheckedInput(const RunInput& input, const Json& value);
 
-/// The name of a setting that a point has under `name`; empty if that is an input's.
+/// The name of the setting that a point has under `name`; empty if that is an input's or a
+/// figure's.
 std::string SettingName(std::string_view name);
 /// Under which name a point has the setting `setting`.
 std::string PointName(const std::string& setting);

@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/base/text.h"
+
 namespace morphbus::tools {
 namespace {
 
@@ -30,14 +32,8 @@ class NameList {
   std::set<std::string> seen_;
 };
 
-/// A cell: quoted where it must be (RFC 4180).
-std::string Cell(const Json& value) {
-  const std::string text = value.is_null() ? "" : PlainText(value);
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
-}
+/// A cell; that of what is unknown is empty.
+std::string Cell(const Json& value) { return value.is_null() ? "" : CsvCell(PlainText(value)); }
 
 Json FiguresOfRow(const StoredRow& row) {
   Json figures = row.result ? Json::parse(row.result->figures, nullptr, false) : Json::object();

@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <set>
 
-#include "compiler/source/toml.h"
 #include "tools/base/messages.h"
 #include "tools/sweep/axis_reader.h"
 #include "tools/sweep/row_run.h"
+#include "tools/sweep/sweep_tree.h"
 
 namespace morphbus::tools {
 namespace {
@@ -17,16 +16,9 @@ namespace {
 using source::TomlEntry;
 using source::TomlValue;
 
-/// Keys at the top that are no inputs.
-const std::vector<std::string>& OtherKeys() {
-  static const std::vector<std::string> keys = {"variants", "method", "samples", "sample_seed",
-                                                "set",      "run",    "expect",  "keep"};
-  return keys;
-}
-
 /// All keys at the top, for hints.
 std::vector<std::string> AllKeys() {
-  std::vector<std::string> keys = OtherKeys();
+  std::vector<std::string> keys(kSweepKeys.begin(), kSweepKeys.end());
   for (const RunInput& input : RunInputs()) {
     keys.emplace_back(input.name);
     keys.emplace_back(input.plural);
@@ -70,7 +62,7 @@ class SweepReader {
           source::NearestHint(key, AllKeys(), "parameters of the program stand in [set]"));
   }
 
-  /// Adds what stands behind a name.
+  /// Adds the values that stand behind a name. `input` is null for a setting.
   void AddAxis(const std::string& name, const RunInput* input, const TomlEntry& entry) {
     const auto same = [&name](const SweepAxis& axis) { return axis.name == name; };
     if (std::ranges::any_of(sweep_.axes, same)) {
@@ -111,24 +103,11 @@ class SweepReader {
     method_span_ = entry.value.span;
   }
 
-  /// [set]: parameters of the program by name, and attributes of the model in tables or with two
-  /// points in their names.
+  /// [set]: parameters of the program and attributes of the model, by their whole names.
   void ReadSettings(const TomlEntry& entry) {
     const TomlValue::Table* table = entry.value.table();
     if (table == nullptr) return Wrong(entry.value.span, "expected a table: [set]");
-    for (const TomlEntry& setting : *table) ReadSetting(setting.key, setting);
-  }
-  void ReadSetting(const std::string& name, const TomlEntry& entry) {
-    // A table of other keys than those of a range has names that go on.
-    static const std::set<std::string> of_range = {"from", "to",    "step", "count",
-                                                   "log",  "whole", "among"};
-    const TomlValue::Table* table = entry.value.table();
-    const bool goes_on =
-        table != nullptr && std::ranges::none_of(*table, [](const TomlEntry& inner) {
-          return of_range.contains(inner.key);
-        });
-    if (!goes_on) return AddAxis(PointName(name), nullptr, entry);
-    for (const TomlEntry& inner : *table) ReadSetting(name + "." + inner.key, inner);
+    for (const TomlEntry& setting : *table) AddAxis(PointName(setting.key), nullptr, setting);
   }
 
   /// [[run]]: tables of single values.
@@ -144,6 +123,7 @@ class SweepReader {
       sweep_.runs.push_back(std::move(point));
     }
   }
+  /// One value of a [[run]], or those in its `set`.
   void ReadOfRun(const TomlEntry& entry, RunPoint* point) {
     const auto take = [this, point](const std::string& name, const RunInput* input,
                                     const TomlEntry& of) {
@@ -152,6 +132,9 @@ class SweepReader {
       if (axis->kind != SweepAxis::Kind::kEach || axis->values.size() != 1) {
         return Wrong(of.value.span, "a [[run]] has one value of each",
                      "what all runs go through stands above them");
+      }
+      if (point->contains(name)) {
+        return Wrong(of.key_span, fmt::format("'{}' was said already", name));
       }
       (*point)[name] = axis->values.front();
     };
@@ -275,6 +258,7 @@ class SweepReader {
         Wrong(top, fmt::format("the sweep does not say its {}", needed),
               fmt::format("add {} = …", needed));
     }
+    // Axes that an expectation names may be settings, whose names only the whole file has.
     for (const auto& [name, span] : over_) {
       const RunInput* input = FindInput(name);
       const std::string axis = input != nullptr ? std::string(input->name) : name;
@@ -309,6 +293,7 @@ class SweepReader {
                                 "docs/cli.md, Figures, has those of a run"));
     }
   }
+  /// Ranges, method and number of samples go together, or none of them is there.
   void CheckSamples() {
     const SweepAxis* drawn = nullptr;
     for (const SweepAxis& axis : sweep_.axes) {
@@ -343,46 +328,6 @@ class SweepReader {
   std::vector<std::pair<std::string, source::Span>> named_;
 };
 
-/// Lays "NAME=VALUES" over the file's tree. False, after saying why, if it is none.
-bool Override(source::SourceSet* sources, const std::string& text, TomlValue::Table* table,
-              source::Diagnostics* diagnostics) {
-  const int file = sources->AddText("the command line", text);
-  const size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
-    diagnostics->Error({file, 0, text.size()}, "expected NAME=VALUES")
-        .Hint("NAME=10,20,30 or NAME=10..60:5");
-    return false;
-  }
-  const std::string name = text.substr(0, equals);
-  TomlEntry entry = {name,
-                     {file, 0, equals},
-                     ValueOfWord(std::string_view(text).substr(equals + 1), file, equals + 1)};
-  const RunInput* input = FindInput(name);
-  const bool at_top = input != nullptr || std::ranges::find(OtherKeys(), name) != OtherKeys().end();
-  TomlValue::Table* where = table;
-  if (!at_top) {
-    // A parameter. [set] is made if there is none.
-    entry.key = SettingName(name);
-    auto set = std::ranges::find(*table, "set", &TomlEntry::key);
-    if (set == table->end()) {
-      table->push_back({"set", entry.key_span, {TomlValue::Table(), entry.value.span}});
-      set = std::prev(table->end());
-    }
-    where = std::get_if<TomlValue::Table>(&set->value.content);
-    if (where == nullptr) return true;  // the reader says what is wrong with [set]
-  }
-  // It takes the place of what the file says, under whichever name.
-  const auto old = std::ranges::find_if(*where, [&](const TomlEntry& one) {
-    return one.key == entry.key || (at_top && input != nullptr && FindInput(one.key) == input);
-  });
-  if (old == where->end()) {
-    where->push_back(std::move(entry));
-  } else {
-    *old = std::move(entry);
-  }
-  return true;
-}
-
 }  // namespace
 
 std::optional<SweepFile> ReadSweepFile(source::SourceSet* sources, int file,
@@ -393,8 +338,9 @@ std::optional<SweepFile> ReadSweepFile(source::SourceSet* sources, int file,
   if (diagnostics->had_errors()) return std::nullopt;
   std::optional<TomlValue::Table> table = source::ParseToml(*sources, file, diagnostics);
   if (!table) return std::nullopt;
+  FlattenSettings(&*table);
   for (const std::string& text : overrides) {
-    if (!Override(sources, text, &*table, diagnostics)) return std::nullopt;
+    if (!LayOver(sources, text, &*table, diagnostics)) return std::nullopt;
   }
   return SweepReader(file, std::filesystem::path(path).parent_path().string(), diagnostics)
       .Read(*table);

@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
 #include <filesystem>
 #include <memory>
 #include <tuple>
 #include <utility>
 
+#include "bridge/wire/stream_hash.h"
 #include "compiler/base/text.h"
 #include "compiler/m3l/compile.h"
 #include "tools/base/variants_text.h"
@@ -50,6 +48,27 @@ std::optional<SweepModel> WithVariants(const std::string& path, const model::Mod
   SweepModel made = {std::move(*output.model), {robot->name}};
   for (const congruence::Variant& variant : variants) made.robots.push_back(variant.robot.name);
   return made;
+}
+
+/// The key of the run that a description plans: equal for runs that cannot but go alike. The image
+/// of a program holds its file's name, so that the same program under another name has another key.
+std::string KeyOf(const proto::RunDescription& description) {
+  proto::RunDescription inputs = description;
+  // What people call things, when it was, and what follows from the rest or from the machine.
+  inputs.clear_run();
+  inputs.clear_started();
+  inputs.clear_model_file();
+  inputs.clear_program_file();
+  inputs.clear_world_file();
+  inputs.clear_faults_file();
+  inputs.clear_lcm_schema();
+  inputs.clear_world_hash();
+  inputs.clear_build();
+  inputs.clear_arithmetic();
+  // The model has what was set of it.
+  inputs.clear_attributes();
+  // The message has no maps, so that equal ones have equal bytes.
+  return bridge::BytesHash(inputs.SerializeAsString());
 }
 
 /// Plans one row after the other. What was compiled for one row serves the next.
@@ -118,7 +137,7 @@ class RowPlanner {
     for (const proto::RunDescription* part : {&robot, &program, &world}) {
       const std::string bytes = part->SerializeAsString();
       if (bytes.empty()) continue;
-      inputs.parts.push_back(HashText(bytes));
+      inputs.parts.push_back(bridge::BytesHash(bytes));
       plan_.parts.try_emplace(inputs.parts.back(), bytes);
     }
     // When it was planned is nobody's business, so that equal sweeps have equal bytes.
@@ -135,30 +154,6 @@ class RowPlanner {
 };
 
 }  // namespace
-
-std::string HashText(const std::string& bytes) {
-  const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
-  return Hex(hash.high64) + Hex(hash.low64);
-}
-
-std::string KeyOf(const proto::RunDescription& description) {
-  proto::RunDescription inputs = description;
-  // What people call things, when it was, and what follows from the rest or from the machine.
-  inputs.clear_run();
-  inputs.clear_started();
-  inputs.clear_model_file();
-  inputs.clear_program_file();
-  inputs.clear_world_file();
-  inputs.clear_faults_file();
-  inputs.clear_lcm_schema();
-  inputs.clear_world_hash();
-  inputs.clear_build();
-  inputs.clear_arithmetic();
-  // The model has what was set of it.
-  inputs.clear_attributes();
-  // The message has no maps, so that equal ones have equal bytes.
-  return HashText(inputs.SerializeAsString());
-}
 
 std::optional<SweepPlan> PlanSweep(const SweepFile& sweep) {
   const Result<std::vector<RunPoint>> points = PointsOf(sweep);

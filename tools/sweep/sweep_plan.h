@@ -37,10 +37,4 @@ struct SweepPlan {
 /// row whose run it is; the result is then empty.
 std::optional<SweepPlan> PlanSweep(const SweepFile& sweep);
 
-/// The key of the run that a description plans.
-std::string KeyOf(const proto::RunDescription& description);
-
-/// XXH3 (128 bits) of bytes, as 32 hexadecimal digits.
-std::string HashText(const std::string& bytes);
-
 }  // namespace morphbus::tools

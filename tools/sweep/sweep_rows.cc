@@ -123,9 +123,16 @@ Result<void> AddKept(SweepStore* store, const SweepKeep& keep, const std::string
     if (!keep.by) return true;
     const Result<Json> value = ValueIn(row, *keep.by);
     if (!value) wrong = value.error().message;
-    if (!value || !value->is_number()) return value.has_value();
-    best.emplace_back(value->get<double>() * (keep.smallest ? 1 : -1), row);
-    std::ranges::stable_sort(best, {}, [](const auto& one) { return one.first; });
+    if (value && !value->is_number() && !value->is_null()) {
+      wrong = keep.by->text() + " is no number, by which rows could be compared";
+    }
+    if (!wrong.empty()) return false;
+    // A row of which this is not known is none of the best.
+    if (value->is_null()) return true;
+    const double rank = value->get<double>() * (keep.smallest ? 1 : -1);
+    const auto place =
+        std::ranges::upper_bound(best, rank, {}, &std::pair<double, StoredRow>::first);
+    best.emplace(place, rank, row);
     if (static_cast<int>(best.size()) > keep.best) best.pop_back();
     return true;
   });

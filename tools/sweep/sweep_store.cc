@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <sqlite3.h>
 #include <sys/file.h>
 
@@ -11,6 +12,7 @@
 #include <utility>
 
 #include "compiler/base/text.h"
+#include "tools/launch/launcher_link.h"
 
 namespace morphbus::tools {
 namespace {
@@ -33,6 +35,17 @@ constexpr const char* kRows =
     "SELECT plan.place, plan.key, plan.point, results.status, results.hash, results.figures,"
     " results.error, results.seconds, results.version, results.host"
     " FROM plan LEFT JOIN results ON results.key = plan.key";
+
+/// How long other processes are waited for, in looks at the file and milliseconds between them.
+constexpr int kLooks = 1200;
+constexpr int kBusyLookMs = 50;
+/// SQLite asks this whether it shall look once more at a file that somebody else holds. A signal
+/// ends the waiting.
+int WaitForOthers(void* /*nothing*/, int looks) {
+  if (looks >= kLooks || CaughtSignal() != 0) return 0;
+  poll(nullptr, 0, kBusyLookMs);
+  return 1;
+}
 
 /// The way out for a database that cannot be read.
 constexpr const char* kDamagedHint =
@@ -122,6 +135,10 @@ tl::unexpected<Error> SweepStore::Broken(const std::string& doing) const {
     return Fail(
         fmt::format("{} is cut or damaged ({}): {}", path_, sqlite3_errmsg(db_), kDamagedHint));
   }
+  if (code == SQLITE_BUSY && CaughtSignal() == 0) {
+    return Fail(fmt::format("cannot {} {}: another process has been reading it for {} s", doing,
+                            path_, kLooks * kBusyLookMs / 1000));
+  }
   // The system's own reason says more than "disk I/O error".
   const int reason = sqlite3_system_errno(db_);
   const bool of_system =
@@ -165,7 +182,8 @@ Result<void> SweepStore::Open(bool write) {
   if (sqlite3_open_v2(path_.c_str(), &db_, SQLITE_OPEN_READWRITE, nullptr) != SQLITE_OK) {
     return Broken("open");
   }
-  sqlite3_busy_timeout(db_, 60'000);
+  // A reader holds a writer up until it has read all, and a pager may be in no hurry.
+  sqlite3_busy_handler(db_, WaitForOthers, nullptr);
   return CheckFormat(write);
 }
 
@@ -378,8 +396,10 @@ Result<void> SweepStore::ForgetFailed() {
 
 Result<void> SweepStore::Commit() {
   if (!in_transaction_) return {};
-  in_transaction_ = false;
-  return Run("COMMIT");
+  // After a failure the transaction is still open, and may be tried again.
+  Result<void> done = Run("COMMIT");
+  in_transaction_ = !done;
+  return done;
 }
 
 }  // namespace morphbus::tools
