@@ -272,10 +272,10 @@ class Expectations(SweepCase):
         self.assertIn('FAILS: num_faults == 0 (where friction > 0.5) (it is about no row)', done.stdout)
 
     def test_one_that_cannot_be_computed_loses_no_rows(self):
-        file = self.sweep_file(ARM + 'seconds = 0.02\n[[expect]]\nthat = "gait.forwrd_m > 0"\n')
+        file = self.sweep_file(ARM + 'seconds = 0.02\n[[expect]]\nthat = "displacement.nrth > 0"\n')
         done = morphbus('sweep', file, status=2)
         self.assertIn('1 of 1 row done', done.stderr)
-        self.assertRegex(done.stderr, r"expect: .*there is no figure 'gait.forwrd_m'")
+        self.assertRegex(done.stderr, r"expect: .*there is no figure 'displacement.nrth'")
         self.assertEqual([row['status'] for row in self.rows(self.database())], ['done'])
 
     def test_logs_are_kept_of_the_best(self):
@@ -288,7 +288,7 @@ class Expectations(SweepCase):
         self.assertEqual(as_json('sweep', file)['logs'], [])
 
     def test_logs_are_kept_of_the_smallest_and_of_what_failed(self):
-        file = self.sweep_file(ARM + f'seconds = [0.1, 0.2, {ENDLESS}]\nkeep = {{best = 1, by = "sim_seconds", smallest = true, failed = true}}\n')
+        file = self.sweep_file(ARM + f'seconds = [0.1, 0.2, {ENDLESS}]\nkeep = {{best = 1, by = "seconds", smallest = true, failed = true}}\n')
         process = self.start(file, '--jobs', '1', '--json')
         self.await_done(self.database(), 2)
         worker, = children_of(process.pid)

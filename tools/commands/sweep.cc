@@ -107,32 +107,31 @@ int RunMissing(SweepStore* store, const SweepOptions& options) {
                   (run ? finished : run).error().message));
 }
 
-/// Keeps the logs that the file asks for. Returns their paths, or says what goes wrong.
-std::optional<std::vector<std::string>> KeepLogs(const SweepFile& file, SweepStore* store,
-                                                 const SweepOptions& options) {
+/// Keeps the logs that the file asks for, and appends their paths. Says what goes wrong, and
+/// returns the exit status of that.
+int KeepLogs(const SweepFile& file, SweepStore* store, const SweepOptions& options,
+             std::vector<std::string>* logs) {
   RepeatedRows rows(store);
   std::filesystem::path folder = store->path();
   folder.replace_extension(".logs");
   if (const Result<void> added = AddKept(store, file.keep, folder.string(), &rows); !added) {
-    return Refuse(added.error().message);
+    return Unusable(added.error().message);
   }
-  std::vector<std::string> logs;
-  if (rows.rows() == 0) return logs;
+  if (rows.rows() == 0) return kDone;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) return Refuse(fmt::format("cannot make {}: {}", folder.string(), error.message()));
+  if (error) return Failed(fmt::format("cannot make {}: {}", folder.string(), error.message()));
   if (const Result<void> run = RunLocally({JobsOf(options), options.timeout}, &rows); !run) {
-    Failed(run.error().message);
-    return std::nullopt;
+    return Failed(run.error().message);
   }
   for (const RowRepeat& repeat : rows.Repeats()) {
     // A run that crashes leaves no log that is whole.
-    if (std::filesystem::exists(repeat.log, error)) logs.push_back(repeat.log);
+    if (std::filesystem::exists(repeat.log, error)) logs->push_back(repeat.log);
     if (!repeat.same())
       Warn(fmt::format("row {} went another way when its log was kept (morphbus sweep verify)",
                        repeat.place));
   }
-  return logs;
+  return kDone;
 }
 
 /// Prints an expectation with the first rows that do not fulfil it, and the commands that do those
@@ -236,10 +235,11 @@ int RunSweep(const SweepOptions& options) {
   if (!planned) return Failed(planned.error().message);
   const WallTimer timer;
   if (const int status = RunMissing(store->get(), options); status != kDone) return status;
-  std::optional<std::vector<std::string>> logs = std::vector<std::string>();
-  if (CaughtSignal() == 0) logs = KeepLogs(sweep->file, store->get(), options);
-  if (!logs) return kFailed;
-  return Report(*sweep, store->get(), options, *logs, timer.seconds());
+  std::vector<std::string> logs;
+  const int kept =
+      CaughtSignal() == 0 ? KeepLogs(sweep->file, store->get(), options, &logs) : kDone;
+  if (kept != kDone) return kept;
+  return Report(*sweep, store->get(), options, logs, timer.seconds());
 }
 
 void AddSweepRun(CommandLine* line) {
