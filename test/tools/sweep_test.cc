@@ -148,12 +148,12 @@ TEST(SweepTest, SettingsThatAreCalledLikeAFigureStandBehindSet) {
   EXPECT_EQ(points[0], (Json{{"model", "m"},
                              {"program", "p"},
                              {"seconds", 1.0},
+                             {"set.walk", 1},
                              {"set.hash", 2},
                              {"set.variant", 3},
-                             {"set.walk", 1},
                              {"stride", 4}}));
   EXPECT_EQ(OptionsOf(points[0], "folder").set,
-            (std::vector<std::string>{"hash=2", "variant=3", "walk=1", "stride=4"}));
+            (std::vector<std::string>{"walk=1", "hash=2", "variant=3", "stride=4"}));
 }
 
 TEST(SweepTest, ACommandIsQuotedForAShell) {
