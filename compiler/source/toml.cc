@@ -57,7 +57,7 @@ class TomlReader {
   bool CheckDepth() {
     constexpr int kMostTables = 500;
     // Points since the last bracket, comma or line: a key of so many parts makes so many tables.
-    // The decimal point of a value beside it is counted, too, and makes no difference that counts.
+    // The decimal point of a value beside it is counted, too, which is one too many at most.
     int points = 0;
     // Tables and lists around this place, for each bracket that is open.
     std::vector<int> around = {0};

@@ -11,6 +11,7 @@ import shlex
 import signal
 import sqlite3
 import subprocess
+import sys
 import time
 import unittest
 
@@ -180,14 +181,37 @@ class Failures(SweepCase):
 
     def test_ctrl_c_leaves_whole_rows(self):
         file = self.sweep_file(ARM + f'seconds = [0.1, {ENDLESS}]\n')
-        process = self.start(file, '--jobs', '1')
+        process = self.start(file, '--jobs', '1', start_new_session=True)
         self.await_done(self.database(), 1)
         workers = children_of(process.pid)
-        process.send_signal(signal.SIGINT)
+        # As a terminal does it: all processes of the sweep get it.
+        os.killpg(process.pid, signal.SIGINT)
         output, errors = process.communicate(timeout=LIMIT)
         self.assertEqual((process.returncode, 'the same command goes on' in errors), (1, True), output + errors)
         self.assertEqual([row['status'] for row in self.rows(self.database())], ['done', 'missing'])
         self.assertFalse([worker for worker in workers if pathlib.Path(f'/proc/{worker}').exists()])
+
+    def test_it_waits_for_whoever_reads(self):
+        file = self.sweep_file(ARM + 'seconds = 0.02\n')
+        morphbus('sweep', file)
+        reader = sqlite3.connect(self.database(), isolation_level=None)
+        self.addCleanup(reader.close)
+        reader.execute('BEGIN')
+        self.assertEqual(reader.execute('SELECT count(*) FROM plan').fetchone(), (1,))
+        process = self.start(file, 'seeds=1,2,3')
+
+        # Who waits for readers to end lets no new one begin. Within this process, which reads already, one could.
+        read = f'import sqlite3; sqlite3.connect({str(self.database())!r}, timeout=0).execute("SELECT count(*) FROM plan").fetchone()'
+
+        def waits():
+            done = subprocess.run([sys.executable, '-c', read], capture_output=True, text=True, timeout=LIMIT, check=False)
+            return process.poll() is not None or 'database is locked' in done.stderr
+        await_condition(waits, 'it waits')
+        self.assertIsNone(process.poll(), 'it did not wait')
+        reader.execute('COMMIT')
+        output, errors = process.communicate(timeout=LIMIT)
+        self.assertEqual(process.returncode, 0, output + errors)
+        self.assertEqual([row['status'] for row in self.rows(self.database())], ['done'] * 3)
 
     def test_only_one_writes(self):
         file = self.sweep_file(ARM + f'seconds = [0.1, {ENDLESS}]\n')
@@ -358,6 +382,8 @@ class WrongFiles(SweepCase):
         self.assertIn("there is no engine 'slrm'", morphbus('sweep', file, '--engine', 'slrm', status=2).stderr)
         self.assertIn("there is no command 'statsu' (did you mean 'status'?)", morphbus('sweep', 'statsu', file, status=2).stderr)
         self.assertEqual(as_json('sweep', file, 'friction=0.1..0.3:0.1', 'seed=1,2', '--dry-run')['axes'], {'friction': 3, 'seed': 2})
+        # What the processes of a sweep are started with is nobody else's business.
+        self.assertNotIn('worker', morphbus('sweep', '--help').stdout)
         # Options may stand first.
         self.assertEqual(as_json('sweep', '--dry-run', file, 'seed=1,2')['rows'], 2)
 

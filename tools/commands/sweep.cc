@@ -65,6 +65,7 @@ int Estimate(const ReadySweep& sweep, const SweepOptions& options) {
   const Result<SweepEstimate> estimate = EstimateOf(sweep.plan);
   if (!estimate) return Failed(estimate.error().message);
   const double seconds = estimate->run_seconds / JobsOf(options);
+  // Axes with one value are no axes to a reader.
   Json axes = Json::object();
   std::vector<std::string> texts;
   for (const SweepAxis& axis : sweep.file.axes) {
@@ -225,6 +226,7 @@ int RunSweep(const SweepOptions& options) {
   const std::string path = options.output.empty() ? DatabaseOf(options.file) : options.output;
   Result<std::unique_ptr<SweepStore>> store = SweepStore::OpenToWrite(path);
   if (!store) return Unusable(store.error().message);
+  // From here on a signal ends the rows under way, and what was done is written.
   CatchSignals();
   std::error_code unknown;
   const std::string folder =

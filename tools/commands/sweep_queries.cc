@@ -61,6 +61,8 @@ int Status(const SweepOptions& options) {
 int Missing(const SweepOptions& options) {
   const std::unique_ptr<SweepStore> store = OpenNamed(options.file);
   if (!store) return kUnusable;
+  // Of the rows JSON has all, in one object; people see the first ones, and how many more there
+  // are.
   Json rows = Json::array();
   int64_t count = 0;
   const Result<void> read = store->EachRow([&](const StoredRow& row) {
@@ -105,6 +107,7 @@ int Rerun(const SweepOptions& options) {
   const std::optional<RowResult>& before = (*row)->result;
   const bool known = before && before->status == RowResult::Status::kRan;
   const bool same = !known || (before->hash == result.hash && before->figures == result.figures);
+  // The command goes by the files, which may have changed since; the row went by the database.
   const std::string command = RunCommand((*row)->point, *folder);
   if (options.json) {
     PrintJson({{"row", options.row},
@@ -141,6 +144,7 @@ int Verify(const SweepOptions& options) {
   if (const Result<void> run = RunLocally({JobsOf(options), options.timeout}, &rows); !run) {
     return Failed(run.error().message);
   }
+  // Of a run that a signal cut short only those rows are told that were run.
   Json differ = Json::array();
   int64_t agree = 0;
   for (const RowRepeat& repeat : rows.Repeats()) {

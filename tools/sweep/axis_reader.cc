@@ -77,6 +77,7 @@ class AxisReader {
       }
       found[key - kRangeKeys.begin()] = &entry;
     }
+    // In the order of kRangeKeys; null for those that are not there.
     const auto [from, to, step, count, log, whole, among] = found;
     if (among != nullptr) {
       const source::TomlValue::Array* list = among->value.array();
@@ -247,6 +248,7 @@ source::TomlValue ValueOfWord(std::string_view text, int file, size_t at) {
     }
     return one;
   };
+  // Commas make a list, of one kind of thing or of several.
   if (text.find(',') != std::string_view::npos) {
     source::TomlValue::Array list;
     for (size_t begin = 0; begin <= text.size();) {

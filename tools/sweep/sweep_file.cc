@@ -198,6 +198,7 @@ class SweepReader {
               source::NearestHint(entry.key, {"that", "same", "over", "where"}));
       }
     }
+    // `over` makes sense with `same` alone, and `same` with `over` alone.
     if (!that) return Wrong(span, "expected that = \"…\" or same = \"…\"");
     if (expectation.same == expectation.over.empty()) {
       return Wrong(span, expectation.same ? "'same' says over which axes: over = [\"seed\"]"
@@ -207,6 +208,7 @@ class SweepReader {
     expectation.where = std::move(where);
     sweep_.expectations.push_back(std::move(expectation));
   }
+  /// Names of axes, of which the whole file must be read to know whether there are such.
   void ReadOver(const TomlValue& value, SweepExpectation* expectation) {
     const TomlValue::Array* list = value.array();
     if (list == nullptr) return Wrong(value.span, "expected a list: over = [\"seed\"]");
@@ -224,6 +226,7 @@ class SweepReader {
     const TomlValue::Table* table = entry.value.table();
     if (table == nullptr)
       return Wrong(entry.value.span, "expected a table: keep = {failed = true}");
+    // Two keys have a value of their own kind, the other two are truths.
     for (const TomlEntry& one : *table) {
       const bool* truth = std::get_if<bool>(&one.value.content);
       if (one.key == "best") {
@@ -248,6 +251,7 @@ class SweepReader {
   /// What only the whole can show.
   void CheckWhole() {
     const source::Span top = {file_, 0, 1};
+    // What every run needs stands above, or in each [[run]].
     for (const char* needed : {"model", "program", "seconds"}) {
       const bool above = FindAxis(needed) != nullptr;
       const bool in_runs =

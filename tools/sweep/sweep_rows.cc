@@ -36,6 +36,7 @@ Result<std::optional<RowTask>> StoredRows::Next() {
 }
 
 bool StoredRows::GoOn() {
+  // By the rows that are done, which need not be like those that are left.
   const double rate = static_cast<double>(taken_) / std::max(timer_.seconds(), 1e-3);
   const std::string left =
       taken_ == 0 ? ""
@@ -50,6 +51,7 @@ Result<std::unique_ptr<MissingRows>> MissingRows::Of(SweepStore* store) {
   std::unique_ptr<MissingRows> rows(new MissingRows(store));
   std::set<std::string> keys;
   const Result<void> read = store->EachRow([&](const StoredRow& row) {
+    // Rows of equal inputs share one result.
     if (!row.result && keys.insert(row.key).second) rows->Append(row);
     return true;
   });
@@ -59,6 +61,7 @@ Result<std::unique_ptr<MissingRows>> MissingRows::Of(SweepStore* store) {
 
 Result<void> MissingRows::Take(const RowTask& task, const RowResult& result) {
   CountTaken();
+  // What is lost with this process is run again, so that the disk need not have it at once.
   Result<void> added = store_.Add(task.key, result);
   if (!added || since_commit_.seconds() < kCommitSeconds) return added;
   since_commit_ = WallTimer();
@@ -104,6 +107,7 @@ Result<void> AddSample(SweepStore* store, double share, uint64_t seed, RepeatedR
     if (random.NextFraction() < share) rows->Add(row);
     return true;
   });
+  // A small share of few rows may be none.
   if (read && rows->rows() == 0 && first) rows->Add(*first);
   return read;
 }
@@ -140,6 +144,7 @@ Result<void> AddKept(SweepStore* store, const SweepKeep& keep, const std::string
   if (!wrong.empty()) return Fail("keep: " + wrong);
   for (auto& [value, row] : best) kept.push_back(std::move(row));
   std::ranges::sort(kept, {}, &StoredRow::place);
+  // The key in the name tells a row of this plan from that of an earlier one in its place.
   for (const StoredRow& row : kept) {
     const std::string log =
         fmt::format("{}/row-{}-{}.log", folder, row.place, row.key.substr(0, 8));

@@ -111,7 +111,7 @@ class SweepStore::Statement {
     return sqlite3_column_type(statement_, column) == SQLITE_NULL;
   }
 
-  /// The row of kRows at which it stands.
+  /// The row of kRows at which it stands. A point that cannot be read is as one that says nothing.
   [[nodiscard]] StoredRow Row() const {
     StoredRow row;
     row.place = WholeAt(0);
@@ -168,6 +168,8 @@ Result<void> SweepStore::Open(bool write) {
   if (!write && !std::filesystem::exists(status)) {
     return Fail(fmt::format("there is no {}; morphbus sweep FILE.toml makes it", path_));
   }
+  // SQLite's own locks are held for a transaction; this one keeps a second sweep out for the whole
+  // of the first one. The kernel drops it with the process, however that ends.
   if (write) {
     lock_.emplace(open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
     if (lock_->get() < 0)
@@ -201,6 +203,7 @@ Result<void> SweepStore::CheckFormat(bool write) {
   const Result<int64_t> application = number("PRAGMA application_id");
   const Result<int64_t> schema = number("PRAGMA user_version");
   if (!application || !schema) return Broken("read");
+  // An empty file becomes a database of ours; what somebody else's database holds is left alone.
   if (*tables == 0 && *application == 0) {
     if (!write) return Fail(fmt::format("{} is empty: it holds no sweep", path_));
     Result<void> made = Run("BEGIN IMMEDIATE");
@@ -252,6 +255,7 @@ Result<void> SweepStore::SetPlan(const SweepPlan& plan, const std::string& folde
 Result<void> SweepStore::PutPlan(const SweepPlan& plan) {
   Result<void> cleared = Run("DELETE FROM plan");
   if (!cleared) return cleared;
+  // A part has the hash of its bytes for a name, so that one that is there is the same.
   Statement part(db_, "INSERT OR IGNORE INTO parts VALUES(?, ?)");
   Statement place(db_, "INSERT INTO plan VALUES(?, ?, ?)");
   // What a row takes to run may have been written by another version, or from other paths.
@@ -311,6 +315,7 @@ Result<std::optional<StoredRow>> SweepStore::RowAt(int64_t place) {
 
 Result<RowCounts> SweepStore::Counts() {
   RowCounts counts;
+  // Rows without a result have no status.
   Statement statement(
       db_,
       "SELECT results.status, count(*) FROM plan LEFT JOIN results ON results.key = plan.key"
@@ -378,6 +383,7 @@ Result<std::string> SweepStore::DescriptionOf(const std::string& key) {
 }
 
 Result<void> SweepStore::Add(const std::string& key, const RowResult& result) {
+  // Many results share a transaction, for the disk is waited for at the end of each.
   if (!in_transaction_) {
     if (Result<void> begun = Run("BEGIN IMMEDIATE"); !begun) return begun;
     in_transaction_ = true;
