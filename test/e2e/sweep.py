@@ -60,6 +60,11 @@ def children_of(pid):
     return [int(child) for task in pathlib.Path(f'/proc/{pid}/task').iterdir() for child in (task / 'children').read_text().split()]
 
 
+def cpu_ticks(pid):
+    """Of the processor's time that a process has had, in hundredths of a second."""
+    return int(pathlib.Path(f'/proc/{pid}/stat').read_text().rsplit(')', 1)[1].split()[11])
+
+
 class Rows(SweepCase):
     def test_any_number_of_processes_and_any_interruption_give_the_same_rows(self):
         file = self.sweep_file(SMALL)
@@ -184,6 +189,14 @@ class Failures(SweepCase):
         process = self.start(file, '--jobs', '1', start_new_session=True)
         self.await_done(self.database(), 1)
         workers = children_of(process.pid)
+        # Who stops a job may tell its processes one after the other: a run goes on until the sweep itself ends it.
+        worker, = workers
+        before = cpu_ticks(worker)
+        os.kill(worker, signal.SIGTERM)
+        os.kill(worker, signal.SIGINT)
+        await_condition(lambda: process.poll() is not None or children_of(process.pid) != workers or cpu_ticks(worker) > before + 2,
+                        'the run goes on, or not')
+        self.assertEqual(children_of(process.pid), workers)
         # As a terminal does it: all processes of the sweep get it.
         os.killpg(process.pid, signal.SIGINT)
         output, errors = process.communicate(timeout=LIMIT)

@@ -187,8 +187,6 @@ class LocalEngine {
     std::unique_ptr<Worker> worker = std::move(workers_[index]);
     workers_.erase(workers_.begin() + static_cast<std::ptrdiff_t>(index));
     const RowTask task = *worker->TakeTask();
-    // Who stops a job may end all of its processes at once, which says nothing of the row.
-    if (!answered && !source_.GoOn()) return {};
     if (gone && !answered) {
       result.status = RowResult::Status::kCrashed;
       result.error = "its process " + worker->AwaitEnd();
