@@ -218,7 +218,11 @@ Result<void> RunLocally(const LocalOptions& options, RowSource* source) {
 
 int ServeRows(int fd) {
   // These are for the whole sweep, which ends this process by closing the socket or by SIGKILL.
-  for (const int stop : {SIGINT, SIGTERM, SIGHUP}) std::signal(stop, SIG_IGN);
+  // They are blocked and not ignored, for each run catches them, and would end before its time.
+  sigset_t stops;
+  sigemptyset(&stops);
+  for (const int stop : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&stops, stop);
+  sigprocmask(SIG_BLOCK, &stops, nullptr);
   ChunkRunner runner;
   std::string buffer;
   while (ReceiveSome(fd, &buffer)) {

@@ -7,6 +7,7 @@
 
 #include "compiler/base/version.h"
 #include "tools/launch/inproc_run.h"
+#include "tools/launch/launcher_link.h"
 #include "tools/machine/run_registry.h"
 #include "tools/machine/wall_clock.h"
 
@@ -104,6 +105,8 @@ RowResult RunForRow(const std::string& description, const std::string& log) {
   const RunSummary summary = Summarize(*plan, RunInProcess(*plan, *record, *key));
   result.seconds = timer.seconds();
   result.error = summary.outcome.error;
+  // A run that a signal has cut short is not the row's.
+  if (result.error.empty() && CaughtSignal() != 0) result.error = "it was interrupted";
   if (!result.error.empty()) return result;
   result.status = RowResult::Status::kRan;
   result.hash = summary.hash;
