@@ -10,6 +10,7 @@
 #include "logger/compare/comparer.h"
 #include "logger/figures/run_figures.h"
 #include "logger/show/command_list.h"
+#include "logger/show/moment_pictures.h"
 #include "logger/show/report_page.h"
 #include "logger/show/robot_scenes.h"
 #include "logger/show/timeline.h"
@@ -101,8 +102,8 @@ class RunPage : private ReportPage {
   }
 
   /// The moments that are worth a picture: start, roles taken, a cycle in four instants, end.
-  std::vector<std::pair<int64_t, std::string>> KeyMoments() const {
-    std::vector<std::pair<int64_t, std::string>> moments = {{log_.world.front().time_us, "start"}};
+  std::vector<Moment> KeyMoments() const {
+    std::vector<Moment> moments = {{log_.world.front().time_us, "start"}};
     // The roles are distributed when the last module has taken its own.
     int64_t cast_us = -1;
     for (const ModulePair& pair : matching_.pairs) cast_us = std::max(cast_us, pair.taken_a_us);
@@ -111,26 +112,26 @@ class RunPage : private ReportPage {
       const std::vector<int64_t>& times_us = figures_.gait->times_us;
       const int64_t begin = times_us[times_us.size() - 2];
       const int64_t length = times_us.back() - begin;
-      moments.emplace_back(times_us.front(), "first cycle begins");
+      moments.push_back({times_us.front(), "first cycle begins"});
       for (int quarter = 1; quarter <= 3; ++quarter) {
-        moments.emplace_back(begin + quarter * length / 4,
-                             fmt::format("last cycle, {} %", 25 * quarter));
+        moments.push_back(
+            {begin + quarter * length / 4, fmt::format("last cycle, {} %", 25 * quarter)});
       }
     } else {
-      if (cast_us > 0) moments.emplace_back(cast_us, "all roles taken");
+      if (cast_us > 0) moments.push_back({cast_us, "all roles taken"});
       // Without a gait, moments that divide the run evenly.
       const int64_t end = log_.world.back().time_us;
       for (int third = 1; third <= 2; ++third) {
-        moments.emplace_back(third * end / 3, "");
+        moments.push_back({third * end / 3, ""});
       }
     }
-    moments.emplace_back(log_.world.back().time_us, "end");
+    moments.push_back({log_.world.back().time_us, "end"});
     // Faults take what room is left of eight pictures.
     for (const FaultFact& fault : facts_.faults) {
       if (moments.size() >= 8) break;
-      moments.emplace_back(fault.time_us, "fault of " + fault.module);
+      moments.push_back({fault.time_us, "fault of " + fault.module});
     }
-    std::ranges::stable_sort(moments, {}, &std::pair<int64_t, std::string>::first);
+    std::ranges::stable_sort(moments, {}, &Moment::time_us);
     return moments;
   }
 
@@ -138,32 +139,13 @@ class RunPage : private ReportPage {
   void Pictures() {
     if (log_.world.empty()) return;
     html_ += "<section><h2>Key moments</h2><div class='pictures'>";
-    std::vector<Panel> panels;
-    Eigen::Vector2d size = Eigen::Vector2d::Zero();
-    std::vector<std::string> titles;
-    std::vector<std::string> roles;
-    // The scene at each moment, and the largest extent among them.
-    for (const auto& [time_us, name] : KeyMoments()) {
-      const size_t sample = WorldAt(log_, time_us);
-      Panel panel{SceneAt(log_, *poses_, sample, colors_), View::kThreeQuarter, ""};
-      panel.extent = ExtentOf(panel);
-      size = size.cwiseMax(panel.extent->sizes());
-      titles.push_back(fmt::format("{:.2f} s{}{}", Seconds(log_.world[sample].time_us),
-                                   name.empty() ? "" : ": ", name));
-      for (const std::string& role : RolesAt(log_, time_us)) roles.push_back(role);
-      panels.push_back(std::move(panel));
-    }
-    // Each panel has its own middle and the common size, so that lengths can be compared.
-    for (size_t i = 0; i < panels.size(); ++i) {
-      const Eigen::Vector2d middle = panels[i].extent->center();
-      panels[i].extent = Eigen::AlignedBox2d(middle - size / 2, middle + size / 2);
-      Drawing drawing;
-      drawing.panels = {panels[i]};
-      drawing.panel_width_px = 380;
-      html_ += fmt::format("<figure>{}<figcaption>{}</figcaption></figure>",
-                           PictureHtml(drawing, titles[i]), EscapeHtml(titles[i]));
-    }
+    const std::vector<Moment> moments = KeyMoments();
+    html_ += MomentPicturesHtml(log_, *poses_, colors_, moments, 380);
     // One key of colours for all pictures.
+    std::vector<std::string> roles;
+    for (const Moment& moment : moments) {
+      for (const std::string& role : RolesAt(log_, moment.time_us)) roles.push_back(role);
+    }
     html_ += "</div>" + RoleKeyHtml(colors_, roles) + "</section>";
   }
 

@@ -8,6 +8,7 @@ import random
 import re
 import resource
 import shlex
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -164,6 +165,73 @@ class Rows(SweepCase):
         self.assertEqual([(row['friction'], row['loss']) for row in rows[4:]], [('0.5', '')] * 4)
         self.assertLessEqual({row['seed'] for row in rows}, {'3', '4'})
         self.assertEqual(as_json('sweep', file, '--dry-run')['rows'], 8)
+
+
+class Page(SweepCase):
+    def rows_of(self, page):
+        """The rows that the page's scripts read."""
+        data, = re.findall(r"<script type='application/json' id='rows'>(.*?)</script>", page.read_text(), re.S)
+        return json.loads(data)
+
+    def test_it_has_the_best_rows_with_pictures_and_all_rows(self):
+        # In a second and with these the arm has gone different ways; of three values of the loss nothing shows.
+        file = self.sweep_file(SMALL.replace('0.2\n', '1\n', 1) + '[[expect]]\nsame = "hash"\nover = ["loss", "seed"]\n'
+                               '[[expect]]\nthat = "path_length > 1 km"\n')
+        morphbus('sweep', file, status=1)
+        page = self.folder / 'page.html'
+        morphbus('sweep', 'report', file, '-o', page, '--by', 'path_length', '--best', 1)
+        text = page.read_text()
+        best = max(self.rows(self.database()), key=lambda row: float(row['path_length']))
+        self.assertIn(f'<h3>Row {best["row"]}: ', text)
+        self.assertEqual(text.count('<img '), 5)
+        self.assertIn(f'morphbus sweep rerun {self.database()} {best["row"]} --log', text)
+        self.assertRegex(text, r"same hash over loss, seed</td><td class='holds'>")
+        self.assertRegex(text, r"path_length &gt; 1 km</td><td class='fails'>")
+        data = self.rows_of(page)
+        self.assertEqual([column['name'] for column in data['columns'] if column['kind'] == 'input'], ['friction', 'loss', 'seed'])
+        self.assertEqual([row['row'] for row in data['rows']], list(range(1, 9)))
+        self.assertEqual([row['values'][:3] for row in data['rows'][:2]], [[0.4, 0, 1], [0.4, 0, 2]])
+        self.assertAlmostEqual(max(row['goal'] for row in data['rows']), float(best['path_length']), places=6)
+        # Without --by the page goes by what the file keeps.
+        self.sweep_file(file.read_text() + '[keep]\nbest = 1\nby = "path_length"\nsmallest = true\n')
+        morphbus('sweep', file, status=1)
+        morphbus('sweep', 'report', file, '-o', page, '--best', 0)
+        self.assertEqual((self.rows_of(page)['goal'], self.rows_of(page)['smallest']), ('path_length', True))
+        self.assertNotIn('<img ', page.read_text())
+
+    def test_texts_of_a_database_are_no_markup(self):
+        program = self.folder / 'a<b>&.dyn'
+        program.write_text((PROGRAMS / 'arm.dyn').read_text())
+        file = self.sweep_file(f'model = "{MODEL}"\nprogram = ["{program}", "{PROGRAMS}/arm.dyn"]\nrobot = "arm"\nseconds = 0.02\n')
+        morphbus('sweep', file)
+        page = self.folder / 'page.html'
+        morphbus('sweep', 'report', file, '-o', page)
+        self.assertNotIn('<b>', page.read_text().replace(re.search(r'<script>.*</script>', page.read_text(), re.S).group(), ''))
+        self.assertIn(str(program), [row['values'][0] for row in self.rows_of(page)['rows']])
+
+    def test_without_its_script_it_says_so(self):
+        file = self.sweep_file(ARM + 'seconds = [0.02, 0.04]\n')
+        morphbus('sweep', file)
+        program = self.folder / 'bin' / 'morphbus'
+        program.parent.mkdir()
+        shutil.copy(BIN / 'morphbus', program)
+        page = self.folder / 'page.html'
+        subprocess.run([program, 'sweep', 'report', file, '-o', page], check=True, timeout=LIMIT)
+        self.assertIn('built without Node.js', page.read_text())
+        self.assertIn('<h3>Row ', page.read_text())
+
+    def test_what_cannot_be_shown_is_said(self):
+        file = self.sweep_file(ARM + 'seconds = 0.02\n')
+        page = self.folder / 'page.html'
+        self.assertIn('there is no ', morphbus('sweep', 'report', file, '-o', page, status=2).stderr)
+        morphbus('sweep', file)
+        for words, expected in ((('--by', 'path_lenth'), "there is no figure 'path_lenth'.*did you mean 'path_length'"),
+                                (('--by', 'hash'), 'hash is no number'), (('--by', '1 +'), '--by: a value is missing'),
+                                (('--smallest',), '--smallest belongs to --by')):
+            self.assertRegex(morphbus('sweep', 'report', file, '-o', page, *words, status=2).stderr, expected)
+        self.assertFalse(page.exists())
+        page.write_text('of somebody else')
+        self.assertIn('--force', morphbus('sweep', 'report', file, '-o', page, status=2).stderr)
 
 
 class Failures(SweepCase):

@@ -13,6 +13,7 @@
 #include "compiler/base/version.h"
 #include "logger/log/facts_text.h"
 #include "tools/base/print.h"
+#include "tools/base/share_folder.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/launcher_link.h"
 #include "tools/machine/run_choice.h"
@@ -95,7 +96,7 @@ Result<bridge::ServerOptions> ServerOptionsOf(const MonitorOptions& options) {
   server.gate.token = *token;
   // A page that is named must be there; without the build's own there is a plain one.
   const bool chosen = !options.page.empty();
-  auto page = LoadPage(chosen ? options.page : DefaultPageFolder());
+  auto page = LoadPage(chosen ? options.page : ShareFolder("monitor"));
   if (!page && chosen) return Fail("--page: " + page.error().message);
   if (!page) {
     Warn(

@@ -29,8 +29,7 @@ constexpr size_t kShownFailures = kMostNamed;
 struct ReadySweep {
   SweepFile file;
   SweepPlan plan;
-  /// The file's text, and behind it what the command line said.
-  std::string text;
+  SweepOrigin origin;
 };
 
 /// Reads and plans; nothing after saying what is wrong.
@@ -55,9 +54,10 @@ std::optional<ReadySweep> Prepare(const SweepOptions& options) {
   if (!sweep) return std::nullopt;
   std::optional<SweepPlan> plan = PlanSweep(*sweep);
   if (!plan) return std::nullopt;
-  ReadySweep ready = {std::move(*sweep), std::move(*plan), *text};
-  for (const std::string& word : options.overrides) ready.text += "# " + word + "\n";
-  return ready;
+  std::error_code unknown;
+  const std::string folder =
+      std::filesystem::absolute(sweep->folder.empty() ? "." : sweep->folder, unknown).string();
+  return ReadySweep{std::move(*sweep), std::move(*plan), {folder, *text, options.overrides}};
 }
 
 /// --dry-run: what it would be.
@@ -228,11 +228,7 @@ int RunSweep(const SweepOptions& options) {
   if (!store) return Unusable(store.error().message);
   // From here on a signal ends the rows under way, and what was done is written.
   CatchSignals();
-  std::error_code unknown;
-  const std::string folder =
-      std::filesystem::absolute(sweep->file.folder.empty() ? "." : sweep->file.folder, unknown)
-          .string();
-  Result<void> planned = (*store)->SetPlan(sweep->plan, folder, sweep->text);
+  Result<void> planned = (*store)->SetPlan(sweep->plan, sweep->origin);
   if (planned && options.retry) planned = (*store)->ForgetFailed();
   if (!planned) return Failed(planned.error().message);
   const WallTimer timer;

@@ -30,6 +30,10 @@ struct SweepOptions {
   double sample = 0.05;
   uint64_t seed = 1;
   std::string format;
+  /// Of the page: by which expression rows are ranked, and how many are shown.
+  std::string by;
+  bool smallest = false;
+  int best = 5;
   int fd = -1;
 };
 
@@ -46,7 +50,7 @@ void AddJobs(Subcommand* sub, SweepOptions* options);
 int JobsOf(const SweepOptions& options);
 
 /// Adds those that look at a database, or run rows of it again: status, missing, rerun, verify,
-/// export; and worker, which the others start.
+/// export, report; and worker, which the others start.
 void AddSweepQueries(CommandLine* line);
 
 }  // namespace morphbus::tools

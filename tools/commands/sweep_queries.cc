@@ -1,4 +1,4 @@
-// morphbus sweep status, missing, rerun, verify and export: what looks at the rows of a sweep, or
+// morphbus sweep status, missing, rerun, verify, export and report: what looks at the rows of a sweep, or
 // runs some of them again; and the processes that run them.
 
 #include <fmt/format.h>
@@ -8,10 +8,12 @@
 #include "compiler/base/text.h"
 #include "compiler/base/version.h"
 #include "tools/base/json.h"
+#include "tools/base/work_progress.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/sweep.h"
 #include "tools/launch/launcher_link.h"
 #include "tools/sweep/sweep_export.h"
+#include "tools/sweep/sweep_page.h"
 #include "tools/sweep/sweep_rows.h"
 
 namespace morphbus::tools {
@@ -96,9 +98,9 @@ int Rerun(const SweepOptions& options) {
   if (!row) return Unusable(row.error().message);
   if (!*row) return Unusable(fmt::format("{} has no row {}", store->path(), options.row));
   const Result<std::string> description = store->DescriptionOf((*row)->key);
-  const Result<std::string> folder = store->Folder();
-  if (!description || !folder)
-    return Unusable((description ? folder : description).error().message);
+  const Result<SweepOrigin> origin = store->Origin();
+  if (!description) return Unusable(description.error().message);
+  if (!origin) return Unusable(origin.error().message);
   if (!options.log.empty() && !MayWriteLog(options.log, options.force, {store->path()}))
     return kUnusable;
   const RowResult result = RunForRow(*description, options.log);
@@ -108,7 +110,7 @@ int Rerun(const SweepOptions& options) {
   const bool known = before && before->status == RowResult::Status::kRan;
   const bool same = !known || (before->hash == result.hash && before->figures == result.figures);
   // The command goes by the files, which may have changed since; the row went by the database.
-  const std::string command = RunCommand((*row)->point, *folder);
+  const std::string command = RunCommand((*row)->point, origin->folder);
   if (options.json) {
     PrintJson({{"row", options.row},
                {"inputs", (*row)->point},
@@ -199,6 +201,28 @@ int Export(const SweepOptions& options) {
   return written ? kDone : Unusable(written.error().message);
 }
 
+/// Writes the page. Whether it can be written is found out before rows run again for it.
+int ReportPage(const SweepOptions& options) {
+  const WorkProgress progress;
+  SweepPageOptions page = {{}, options.smallest, options.best};
+  if (!options.by.empty()) {
+    ExpressionError error;
+    page.by = FigureExpression::Read(options.by, &error);
+    if (!page.by) {
+      return Unusable(fmt::format("--by: {} (at character {})", error.message, error.offset + 1));
+    }
+  } else if (options.smallest) {
+    return Unusable("--smallest belongs to --by EXPRESSION");
+  }
+  const std::unique_ptr<SweepStore> store = OpenNamed(options.file);
+  if (!store) return kUnusable;
+  if (!MayWrite(options.output, outputs::kReport, options.force, {store->path()})) return kUnusable;
+  const Result<std::string> html = SweepPageHtml(store.get(), page);
+  if (!html) return Unusable(html.error().message);
+  const Result<void> written = WriteFile(options.output, *html);
+  return written ? kDone : Unusable(written.error().message);
+}
+
 /// A subcommand that looks at a database.
 struct Query {
   Subcommand sub;
@@ -262,6 +286,23 @@ void AddSweepQueries(CommandLine* line) {
   exported.sub.Force(&exported.options->force);
   exported.sub.Footer("Example:\n  morphbus sweep export walk.toml --to csv -o walk.csv");
   exported.sub.Do([options = exported.options] { return Export(*options); });
+
+  Query report =
+      AddQuery(line, "report", "The sweep on a page: best rows with pictures, plots, all rows");
+  report.sub
+      .Add("-o,--output", &report.options->output,
+           "Page to write (one self-contained HTML file; '-': stdout)")
+      .Required();
+  report.sub.Add("--by", &report.options->by,
+                 "Which rows are the best: those in which this is largest (default: as the file "
+                 "keeps them, or else the distance from start to end)");
+  report.sub.Flag("--smallest", &report.options->smallest, "Those in which it is smallest");
+  report.sub.Add("--best", &report.options->best, "So many are shown with pictures (default 5)")
+      .Range(0, 50);
+  report.sub.Force(&report.options->force);
+  report.sub.Footer(
+      "Example:\n  morphbus sweep report walk.toml -o walk.html --by 'gait.forward_m'");
+  report.sub.Do([options = report.options] { return ReportPage(*options); });
 
   AddWorker(line);
 }

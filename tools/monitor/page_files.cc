@@ -36,13 +36,6 @@ std::string TypeOf(const std::string& suffix) {
 
 }  // namespace
 
-std::string DefaultPageFolder() {
-  std::error_code error;
-  // The running file tells where it is installed, however it was called.
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  return (program.parent_path().parent_path() / "share/morphbus/monitor").string();
-}
-
 Result<std::map<std::string, bridge::PageFile>> LoadPage(const std::string& folder) {
   std::map<std::string, bridge::PageFile> files;
   size_t bytes = 0;

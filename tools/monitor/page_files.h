@@ -9,9 +9,6 @@
 
 namespace morphbus::tools {
 
-/// Where the build leaves the page: share/morphbus/monitor beside the folder of this program.
-std::string DefaultPageFolder();
-
 /// The page in `folder`, by path ("/" for index.html). Fails if there is no index.html in it, or
 /// if it holds more than a page does (1000 files or 64 MiB).
 Result<std::map<std::string, bridge::PageFile>> LoadPage(const std::string& folder);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "tools/base/messages.h"
+#include "tools/sweep/sweep_export.h"
 
 namespace morphbus::tools {
 namespace {
@@ -97,8 +98,7 @@ class Checker {
 
 Result<Json> ValueIn(const StoredRow& row, const FigureExpression& expression) {
   const bool done = row.result && row.result->status == RowResult::Status::kRan;
-  Json figures = done ? Json::parse(row.result->figures, nullptr, false) : Json::object();
-  if (!figures.is_object()) figures = Json::object();
+  const Json figures = done ? FiguresOf(row) : Json::object();
   const auto lookup = [&](const std::string& name) -> std::optional<Json> {
     if (row.point.contains(name)) return row.point[name];
     if (name == "status") return row.result ? Json(StatusText(row.result->status)) : Json(nullptr);

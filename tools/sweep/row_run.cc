@@ -85,24 +85,29 @@ std::vector<std::string> FigureGroups() {
 }
 
 RowResult RunForRow(const std::string& description, const std::string& log) {
+  const Result<RunRecord> record =
+      log.empty() ? RunRecord::InMemory() : Result<RunRecord>(RunRecord(log));
+  if (record) return RunForRow(description, *record);
+  RowResult result = NewResult();
+  result.error = record.error().message;
+  return result;
+}
+
+RowResult RunForRow(const std::string& description, const RunRecord& record) {
   RowResult result = NewResult();
   const WallTimer timer;
   Result<RunPlan> plan = PlanFromDescription(description);
-  Result<RunRecord> record =
-      log.empty() ? RunRecord::InMemory() : Result<RunRecord>(RunRecord(log));
   const Result<bridge::RunKey> key = plan && plan->description.open()
                                          ? Result<bridge::RunKey>(bridge::RunKey())
                                          : bridge::RunKey::Random();
-  if (!plan || !record || !key) {
-    result.error = !plan     ? plan.error().message
-                   : !record ? record.error().message
-                             : key.error().message;
+  if (!plan || !key) {
+    result.error = (plan ? key.error() : plan.error()).message;
     return result;
   }
   // The name has no part in what happens.
   plan->description.set_run("sweep");
   plan->description.set_started(WallTime());
-  const RunSummary summary = Summarize(*plan, RunInProcess(*plan, *record, *key));
+  const RunSummary summary = Summarize(*plan, RunInProcess(*plan, record, *key));
   result.seconds = timer.seconds();
   result.error = summary.outcome.error;
   // A run that a signal has cut short is not the row's.

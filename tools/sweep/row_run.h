@@ -4,6 +4,7 @@
 #include <string>
 
 #include "tools/launch/run_outcome.h"
+#include "tools/launch/run_record.h"
 
 namespace morphbus::tools {
 
@@ -34,6 +35,9 @@ RowResult::Status StatusOfText(const std::string& text);
 /// Runs the description whose serialized bytes these are, in this process, and keeps its log at
 /// `log` unless that is empty.
 RowResult RunForRow(const std::string& description, const std::string& log);
+
+/// The same, with its messages in a record, which can be read once this is over.
+RowResult RunForRow(const std::string& description, const RunRecord& record);
 
 /// What `run --json` says of a run, as far as it is no list and depends on the inputs alone: by
 /// names with points in them, such as `gait.forward_m`; of vectors the names end in north, up and

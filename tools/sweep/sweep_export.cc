@@ -35,12 +35,12 @@ class NameList {
 /// A cell; that of what is unknown is empty.
 std::string Cell(const Json& value) { return value.is_null() ? "" : CsvCell(PlainText(value)); }
 
-Json FiguresOfRow(const StoredRow& row) {
+}  // namespace
+
+Json FiguresOf(const StoredRow& row) {
   Json figures = row.result ? Json::parse(row.result->figures, nullptr, false) : Json::object();
   return figures.is_object() ? figures : Json::object();
 }
-
-}  // namespace
 
 Json RowJson(const StoredRow& row) {
   Json json = {{"row", row.place}, {"key", row.key}, {"inputs", row.point}};
@@ -51,7 +51,7 @@ Json RowJson(const StoredRow& row) {
   const RowResult& result = *row.result;
   json["status"] = StatusText(result.status);
   json["hash"] = result.hash.empty() ? Json(nullptr) : Json(result.hash);
-  json["figures"] = FiguresOfRow(row);
+  json["figures"] = FiguresOf(row);
   json["error"] = result.error.empty() ? Json(nullptr) : Json(result.error);
   json["version"] = result.version;
   json["wall_seconds"] = result.seconds;
@@ -64,7 +64,7 @@ Result<void> WriteCsv(SweepStore* store, OutputFile* file) {
   NameList inputs, figures;
   Result<void> done = store->EachRow([&](const StoredRow& row) {
     inputs.Add(row.point);
-    figures.Add(FiguresOfRow(row));
+    figures.Add(FiguresOf(row));
     return true;
   });
   if (!done) return done;
@@ -76,7 +76,7 @@ Result<void> WriteCsv(SweepStore* store, OutputFile* file) {
   line += ",error,version,key,wall_seconds,host\n";
   Result<void> written = file->Write(line);
   done = store->EachRow([&](const StoredRow& row) {
-    const Json values = FiguresOfRow(row);
+    const Json values = FiguresOf(row);
     const Json json = RowJson(row);
     line = std::to_string(row.place);
     for (const std::string& name : inputs.names())

@@ -17,4 +17,7 @@ Result<void> WriteJson(SweepStore* store, OutputFile* file);
 /// One row as in that array.
 Json RowJson(const StoredRow& row);
 
+/// The figures of a row by name; empty for a row without any.
+Json FiguresOf(const StoredRow& row);
+
 }  // namespace morphbus::tools

@@ -9,7 +9,7 @@
 #include "compiler/base/split_mix.h"
 #include "compiler/base/text.h"
 #include "tools/launch/launcher_link.h"
-#include "tools/sweep/expectations.h"
+#include "tools/sweep/best_rows.h"
 #include "tools/sweep/sweep_estimate.h"
 
 namespace morphbus::tools {
@@ -114,35 +114,18 @@ Result<void> AddSample(SweepStore* store, double share, uint64_t seed, RepeatedR
 
 Result<void> AddKept(SweepStore* store, const SweepKeep& keep, const std::string& folder,
                      RepeatedRows* rows) {
-  // The best ones so far, by what is sought; of equal ones the first.
-  std::vector<std::pair<double, StoredRow>> best;
   std::vector<StoredRow> kept;
-  std::string wrong;
+  if (keep.by) {
+    Result<std::vector<RankedRow>> best = BestRows(store, *keep.by, keep.smallest, keep.best);
+    if (!best) return Fail("keep: " + best.error().message);
+    for (RankedRow& one : *best) kept.push_back(std::move(one.row));
+  }
   const Result<void> read = store->EachRow([&](const StoredRow& row) {
-    if (!row.result) return true;
-    if (row.result->status != RowResult::Status::kRan) {
-      if (keep.failed) kept.push_back(row);
-      return true;
-    }
-    if (!keep.by) return true;
-    const Result<Json> value = ValueIn(row, *keep.by);
-    if (!value) wrong = value.error().message;
-    if (value && !value->is_number() && !value->is_null()) {
-      wrong = keep.by->text() + " is no number, by which rows could be compared";
-    }
-    if (!wrong.empty()) return false;
-    // A row of which this is not known is none of the best.
-    if (value->is_null()) return true;
-    const double rank = value->get<double>() * (keep.smallest ? 1 : -1);
-    const auto place =
-        std::ranges::upper_bound(best, rank, {}, &std::pair<double, StoredRow>::first);
-    best.emplace(place, rank, row);
-    if (static_cast<int>(best.size()) > keep.best) best.pop_back();
+    const bool failed = row.result && row.result->status != RowResult::Status::kRan;
+    if (keep.failed && failed) kept.push_back(row);
     return true;
   });
   if (!read) return read;
-  if (!wrong.empty()) return Fail("keep: " + wrong);
-  for (auto& [value, row] : best) kept.push_back(std::move(row));
   std::ranges::sort(kept, {}, &StoredRow::place);
   // The key in the name tells a row of this plan from that of an earlier one in its place.
   for (const StoredRow& row : kept) {

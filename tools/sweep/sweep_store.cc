@@ -237,11 +237,12 @@ Result<void> SweepStore::Run(const char* sql) {
   return Broken("write");
 }
 
-Result<void> SweepStore::SetPlan(const SweepPlan& plan, const std::string& folder,
-                                 const std::string& text) {
+Result<void> SweepStore::SetPlan(const SweepPlan& plan, const SweepOrigin& origin) {
   Result<void> done = Run("BEGIN IMMEDIATE");
   if (!done) return done;
-  for (const auto& [name, value] : {std::pair("folder", &folder), std::pair("text", &text)}) {
+  const std::string words = JsonText(Json(origin.words));
+  for (const auto& [name, value] : {std::pair("folder", &origin.folder),
+                                    std::pair("text", &origin.text), std::pair("words", &words)}) {
     Statement put(db_, "INSERT OR REPLACE INTO meta VALUES(?, ?)");
     bool failed = false;
     put.Text(name).Text(*value).Step(&failed);
@@ -292,8 +293,17 @@ Result<std::string> SweepStore::Meta(const char* name) {
   if (statement.Text(name).Step(&failed)) return statement.TextAt(0);
   return failed ? Result<std::string>(Broken("read")) : Fail(path_ + " holds no sweep yet");
 }
-Result<std::string> SweepStore::Folder() { return Meta("folder"); }
-Result<std::string> SweepStore::Text() { return Meta("text"); }
+Result<SweepOrigin> SweepStore::Origin() {
+  Result<std::string> folder = Meta("folder"), text = Meta("text"), words = Meta("words");
+  for (const auto* one : {&folder, &text, &words}) {
+    if (!*one) return Fail(one->error().message);
+  }
+  SweepOrigin origin = {std::move(*folder), std::move(*text), {}};
+  for (const Json& word : Json::parse(*words, nullptr, false)) {
+    if (word.is_string()) origin.words.push_back(word.get<std::string>());
+  }
+  return origin;
+}
 
 Result<void> SweepStore::EachRow(const std::function<bool(const StoredRow&)>& each) {
   Statement statement(db_, std::string(kRows) + " ORDER BY plan.place");

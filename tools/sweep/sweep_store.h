@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tools/base/descriptor.h"
 #include "tools/sweep/row_run.h"
@@ -24,6 +25,15 @@ struct StoredRow {
   std::string key;
   RunPoint point;
   std::optional<RowResult> result;
+};
+
+/// What a plan was made of.
+struct SweepOrigin {
+  /// That of the sweep's file, absolute.
+  std::string folder;
+  /// The file's text, and what the command line laid over it.
+  std::string text;
+  std::vector<std::string> words;
 };
 
 /// How many rows of the plan are in which state.
@@ -49,12 +59,10 @@ class SweepStore {
   SweepStore& operator=(const SweepStore&) = delete;
 
   /// Stores the plan in the place of the one before. Results stay, by their keys, and serve the new
-  /// plan. `folder`: that of the sweep's file, absolute; `text`: the file's text, with what the
-  /// command line said.
-  Result<void> SetPlan(const SweepPlan& plan, const std::string& folder, const std::string& text);
+  /// plan. `origin` says what it was made of.
+  Result<void> SetPlan(const SweepPlan& plan, const SweepOrigin& origin);
   /// What SetPlan was given last.
-  Result<std::string> Folder();
-  Result<std::string> Text();
+  Result<SweepOrigin> Origin();
 
   /// Calls `each` for all rows of the plan in order, until it returns false.
   Result<void> EachRow(const std::function<bool(const StoredRow&)>& each);

@@ -2,7 +2,8 @@
 // (CMakeLists.txt makes it, so that nothing is left among the sources). Checks the types, bundles the scripts, and writes the licences of what is
 // bundled beside them. The folder holds the whole page then; nothing is loaded from elsewhere.
 // `node build.mjs OUTPUT_FOLDER ENTRY.ts` makes a page with another beginning, as tests do.
-// `node build.mjs --tests OUTPUT_FOLDER TEST.ts...` bundles tests of the page's logic for `node --test` instead.
+// `node build.mjs --script OUTPUT.js ENTRY.ts` makes one script for the pages of reports, with the licences beside it instead;
+// `node build.mjs --tests OUTPUT_FOLDER TEST.ts...` bundles tests of the pages' logic for `node --test`.
 import { execFileSync } from 'node:child_process';
 import { copyFileSync, mkdirSync, readFileSync, existsSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -26,6 +27,19 @@ if (process.argv[2] === '--tests') {
     sourcemap: 'inline',
     nodePaths: [join(here, 'node_modules')],
   });
+} else if (process.argv[2] === '--script') {
+  const [out, entry] = process.argv.slice(3);
+  mkdirSync(dirname(out), { recursive: true });
+  const result = await build({
+    ...shared,
+    entryPoints: [entry],
+    outfile: out,
+    format: 'iife',
+    minify: true,
+    metafile: true,
+    legalComments: 'none',
+  });
+  writeFileSync(join(dirname(out), 'licenses.txt'), licences(Object.keys(result.metafile.inputs)));
 } else {
   const [out, entry = 'src/main.ts'] = process.argv.slice(2);
   if (!out) throw new Error('usage: node build.mjs OUTPUT_FOLDER');
@@ -56,7 +70,10 @@ function licences(inputs) {
   const texts = [...files].sort().map(([folder, paths]) => {
     const { name, version, license } = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
     const file = ['LICENSE', 'LICENSE.md', 'LICENSE.txt'].map((f) => join(folder, f)).find((f) => existsSync(f));
-    const text = file ? readFileSync(file, 'utf8') : textsByName(name, license, paths);
+    const notice = join(folder, 'NOTICE');
+    const text =
+      (file ? readFileSync(file, 'utf8') : textsByName(name, license, paths)) +
+      (existsSync(notice) ? `\n${readFileSync(notice, 'utf8')}` : '');
     return `${name} ${version}: ${license}\n\n${text}`;
   });
   return `Software of others that is part of this page.\n\n${texts.join(`\n${'-'.repeat(80)}\n\n`)}`;

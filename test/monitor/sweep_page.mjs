@@ -1,0 +1,113 @@
+// The page of `sweep report` in a browser: its plots, what a reader chooses in them, and its table.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { after, before, describe, test } from 'node:test';
+import { keepShot, launch, newPage, SIZES, THEMES } from './browser.mjs';
+import { Demo } from './demo.mjs';
+
+const MORPHBUS = join(process.env.MORPHBUS_BIN, 'morphbus');
+const MODELS = join(process.env.MORPHBUS_SOURCE, 'models');
+
+const demo = new Demo();
+let browser;
+
+before(async () => {
+  writeFileSync(
+    join(demo.folder, 's.toml'),
+    `model = "${MODELS}/snakes.m3l"
+program = "${MODELS}/programs/snake.dyn"
+robot = "mtran_snake4"
+seconds = 2
+friction = [0.4, 0.6, 0.8]
+loss = [0, 0.1]
+set."MTRAN.joint_1.torque" = [1.0, 1.9]
+`,
+  );
+  const run = { cwd: demo.folder, env: demo.environment, stdio: ['ignore', 'ignore', 'inherit'] };
+  execFileSync(MORPHBUS, ['sweep', 's.toml'], run);
+  execFileSync(MORPHBUS, ['sweep', 'report', 's.toml', '-o', 's.html', '--best', '2'], run);
+  browser = await launch();
+});
+
+after(async () => {
+  await browser?.close();
+  await demo.end();
+});
+
+async function open(size = SIZES[0], theme = 'light') {
+  const page = await newPage(browser, size, theme);
+  await page.goto(`file://${join(demo.folder, 's.html')}`);
+  return page;
+}
+
+/** How many pixels of a plot are not its ground. */
+const painted = (page, chart) =>
+  page.locator('.chart canvas').nth(chart).evaluate((canvas) => {
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    let count = 0;
+    for (let at = 3; at < data.length; at += 4) count += data[at] > 0 ? 1 : 0;
+    return count;
+  });
+
+const bodyRows = (page) => page.locator('#plots tbody tr').count();
+
+describe('the page of a sweep', () => {
+  for (const size of SIZES)
+    for (const theme of THEMES)
+      test(`is whole at ${size.width} pixels, ${theme}`, async () => {
+        const page = await open(size, theme);
+        assert.equal(await page.locator('.chart canvas').count(), 3);
+        for (let chart = 0; chart < 3; chart++) assert.ok((await painted(page, chart)) > 1000, `plot ${chart}`);
+        const wide = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
+        assert.ok(wide <= 0, `the page is ${wide} pixels wider than the window`);
+        assert.deepEqual(page.problems, []);
+        await keepShot(page, `sweep_${size.width}_${theme}`, { fullPage: true });
+        await page.close();
+      });
+
+  test('its table is sorted by any column, and a row has its command', async () => {
+    const page = await open();
+    assert.equal(await bodyRows(page), 12);
+    const column = async (n) => (await page.locator(`#plots tbody tr td:nth-child(${n})`).allInnerTexts()).map(Number);
+    const places = await column(1);
+    await page.getByRole('button', { name: 'friction' }).click();
+    assert.deepEqual(await column(2), [...Array(4).fill(0.4), ...Array(4).fill(0.6), ...Array(4).fill(0.8)]);
+    await page.getByRole('button', { name: 'friction' }).click();
+    assert.equal((await column(2))[0], 0.8);
+    await page.getByRole('button', { name: /^row/ }).click();
+    assert.deepEqual(await column(1), places.slice().sort((a, b) => a - b));
+    await page.locator('#plots tbody tr').nth(4).click();
+    assert.equal(await page.locator('#plots p code').innerText(), 'morphbus sweep rerun s.sweep.db 5 --log row-5.log');
+    assert.deepEqual(page.problems, []);
+    await page.close();
+  });
+
+  test('a range of an axis chooses the rows of the table', async () => {
+    const page = await open();
+    const chart = page.locator('.chart').nth(2);
+    await chart.scrollIntoViewIfNeeded();
+    const box = await chart.boundingBox();
+    // The first axis is friction, from 0.4 below to 0.8 above; the upper third of it has the largest alone.
+    const [top, bottom, x] = [box.y + 48, box.y + box.height - 24, box.x + 48];
+    await page.mouse.move(x, top - 2);
+    await page.mouse.down();
+    await page.mouse.move(x, top + (bottom - top) / 6, { steps: 5 });
+    await page.mouse.move(x, top + (bottom - top) / 3, { steps: 5 });
+    await page.mouse.up();
+    await page.waitForFunction(() => document.querySelectorAll('#plots tbody tr').length === 4);
+    assert.match(await page.locator('#plots > p').innerText(), /^4 of 12 rows are chosen/);
+    assert.deepEqual(page.problems, []);
+    await page.close();
+  });
+
+  test('another choice draws another plot', async () => {
+    const page = await open();
+    const shot = () => page.locator('.chart canvas').nth(0).evaluate((canvas) => canvas.toDataURL());
+    const before = await shot();
+    await page.getByLabel('across').first().selectOption('cost_of_transport');
+    assert.notEqual(await shot(), before);
+    await page.close();
+  });
+});

@@ -1,0 +1,122 @@
+/** The rows of a sweep as the page of a report holds them, and what is computed of them. */
+
+export type Value = number | string | boolean | null;
+
+export interface Column {
+  name: string;
+  kind: 'input' | 'figure';
+}
+
+export interface Row {
+  /** From 1. */
+  row: number;
+  /** "done", "failed", "crashed", "timeout" or "missing". */
+  status: string;
+  error: string;
+  /** The value of the expression by which rows are ranked. */
+  goal: Value;
+  /** One a column; null for what the row does not have. */
+  values: Value[];
+}
+
+export interface Sweep {
+  columns: Column[];
+  rows: Row[];
+  /** The text of that expression, and whether the best rows are those in which it is smallest. */
+  goal: string;
+  smallest: boolean;
+  /** The command that runs a row again, up to the row's number. */
+  rerun: string;
+}
+
+/** A column with its values, the goal among them. */
+export interface Series {
+  name: string;
+  input: boolean;
+  values: Value[];
+}
+
+/** Inputs first, then the goal unless it is a figure itself, then figures. */
+export function seriesOf(sweep: Sweep): Series[] {
+  const all = sweep.columns.map((column, i) => ({
+    name: column.name,
+    input: column.kind === 'input',
+    values: sweep.rows.map((row) => row.values[i]),
+  }));
+  const inputs = all.filter((one) => one.input);
+  const figures = all.filter((one) => !one.input);
+  const goal = { name: sweep.goal, input: false, values: sweep.rows.map((row) => row.goal) };
+  return all.some((one) => one.name === sweep.goal) ? [...inputs, ...figures] : [...inputs, goal, ...figures];
+}
+
+/** Whether all values that are known are numbers, and there is one. */
+export function isNumeric(series: Series): boolean {
+  const known = series.values.filter((value) => value !== null);
+  return known.length > 0 && known.every((value) => typeof value === 'number');
+}
+
+/** The values that come in a series, each once: numbers by size, others in the order in which they come. */
+export function distinct(series: Series): Value[] {
+  const found = [...new Set(series.values.filter((value) => value !== null))];
+  return isNumeric(series) ? found.sort((a, b) => (a as number) - (b as number)) : found;
+}
+
+/** A value as people read it. */
+export function valueText(value: Value): string {
+  if (typeof value === 'number') return Number.isInteger(value) ? String(value) : String(Number(value.toPrecision(5)));
+  return value === null ? '–' : String(value);
+}
+
+export interface Cell {
+  x: number;
+  y: number;
+  /** The mean of so many rows. */
+  mean: number;
+  count: number;
+}
+
+/** For each pair of values of two series, by their places in `distinct`, the mean of a third in the rows that have them. */
+export function cellsOf(x: Series, y: Series, value: Series, rows: readonly number[]): Cell[] {
+  const places = (series: Series): Map<Value, number> => new Map(distinct(series).map((one, i) => [one, i]));
+  const ofX = places(x);
+  const ofY = places(y);
+  const cells = new Map<string, Cell>();
+  for (const row of rows) {
+    const at = [ofX.get(x.values[row]), ofY.get(y.values[row])];
+    const number = value.values[row];
+    if (at[0] === undefined || at[1] === undefined || typeof number !== 'number') continue;
+    const key = `${at[0]} ${at[1]}`;
+    const cell = cells.get(key) ?? { x: at[0], y: at[1], mean: 0, count: 0 };
+    cell.count++;
+    cell.mean += (number - cell.mean) / cell.count;
+    cells.set(key, cell);
+  }
+  return [...cells.values()];
+}
+
+/**
+ * How much of a figure's variance an input explains, 0 to 1: that of its means over the rows of each value. Those inputs are
+ * plotted at first that say most.
+ */
+export function effectOf(input: Series, figure: Series, rows: readonly number[]): number {
+  const whole = { name: '', input: true, values: input.values.map(() => 0) };
+  const means = cellsOf(input, whole, figure, rows);
+  const numbers = rows.map((row) => figure.values[row]).filter((value): value is number => typeof value === 'number');
+  const mean = numbers.reduce((sum, value) => sum + value, 0) / numbers.length;
+  const between = means.reduce((sum, cell) => sum + cell.count * (cell.mean - mean) ** 2, 0);
+  const all = numbers.reduce((sum, value) => sum + (value - mean) ** 2, 0);
+  return all > 0 ? between / all : 0;
+}
+
+/** The places of rows in order of a series; what is not known comes last, and equal rows stay as they were. */
+export function ordered(series: Series, rows: readonly number[], descending: boolean): number[] {
+  const compare = (a: Value, b: Value): number => {
+    if (typeof a === 'number' && typeof b === 'number') return a - b;
+    return String(a) < String(b) ? -1 : String(a) > String(b) ? 1 : 0;
+  };
+  return [...rows].sort((p, q) => {
+    const [a, b] = [series.values[p], series.values[q]];
+    if (a === null || b === null) return Number(a === null) - Number(b === null);
+    return descending ? compare(b, a) : compare(a, b);
+  });
+}
