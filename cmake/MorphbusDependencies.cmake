@@ -8,6 +8,7 @@ find_package(nlohmann_json REQUIRED)
 find_package(pugixml REQUIRED)
 find_package(Protobuf REQUIRED)
 find_package(SQLite3 REQUIRED)
+find_package(pagmo REQUIRED)
 
 # Bullet in double precision. Its config says how to compile; it lists a library that Debian does not
 # ship (BulletInverseDynamics-float64), so those that are needed are named here.

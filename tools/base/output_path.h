@@ -68,6 +68,8 @@ inline constexpr OutputKind kWebp = {"a WebP picture", "RIFF", "WEBP"};
 inline constexpr OutputKind kReport = {"an HTML report", "<!DOCTYPE html>"};
 inline constexpr OutputKind kSweepCsv = {"a table of a sweep", "row,"};
 inline constexpr OutputKind kSweepJson = {"the rows of a sweep", "[\n{\"row\":"};
+inline constexpr OutputKind kSettings = {"settings that were found",
+                                         "# Found by morphbus optimise."};
 inline constexpr OutputKind kVariants = {"a list of variants", "// ",
                                          ": other connections, the same kinematics."};
 }  // namespace outputs

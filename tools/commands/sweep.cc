@@ -96,18 +96,6 @@ int Estimate(const ReadySweep& sweep, const SweepOptions& options) {
   return kDone;
 }
 
-/// Runs what is missing. Says what goes wrong, and returns the exit status of that.
-int RunMissing(SweepStore* store, const SweepOptions& options) {
-  Result<std::unique_ptr<MissingRows>> rows = MissingRows::Of(store);
-  if (!rows) return Unusable(rows.error().message);
-  const Result<void> run = RunLocally({JobsOf(options), options.timeout}, rows->get());
-  const Result<void> finished = (*rows)->Finish();
-  if (run && finished) return kDone;
-  return Failed(
-      fmt::format("{}; what was written before is whole, and the same command goes on there",
-                  (run ? finished : run).error().message));
-}
-
 /// Keeps the logs that the file asks for, and appends their paths. Says what goes wrong, and
 /// returns the exit status of that.
 int KeepLogs(const SweepFile& file, SweepStore* store, const SweepOptions& options,
@@ -303,6 +291,19 @@ Json CountsJson(const std::string& database, const RowCounts& counts) {
   return {{"database", database},       {"rows", counts.rows},       {"done", counts.done},
           {"failed", counts.failed},    {"crashed", counts.crashed}, {"timeout", counts.timeout},
           {"missing", counts.missing()}};
+}
+
+int RunMissing(SweepStore* store, const SweepOptions& options, int64_t from,
+               const std::string& label) {
+  Result<std::unique_ptr<MissingRows>> rows = MissingRows::Of(store, from);
+  if (!rows) return Unusable(rows.error().message);
+  (*rows)->set_label(label);
+  const Result<void> run = RunLocally({JobsOf(options), options.timeout}, rows->get());
+  const Result<void> finished = (*rows)->Finish();
+  if (run && finished) return kDone;
+  return Failed(
+      fmt::format("{}; what was written before is whole, and the same command goes on there",
+                  (run ? finished : run).error().message));
 }
 
 void AddJobs(Subcommand* sub, SweepOptions* options) {

@@ -1,5 +1,5 @@
 #pragma once
-// What the subcommands of `morphbus sweep` share (sweep.cc, sweep_queries.cc).
+// What `morphbus optimise` and the subcommands of `morphbus sweep` share.
 
 #include <memory>
 #include <optional>
@@ -48,6 +48,11 @@ Json CountsJson(const std::string& database, const RowCounts& counts);
 void AddJobs(Subcommand* sub, SweepOptions* options);
 /// How many processes run: those that were asked for, or one a processor.
 int JobsOf(const SweepOptions& options);
+
+/// Runs the rows that have no result, from a place on; `label` stands before the progress. Says
+/// what goes wrong, and returns the exit status of that.
+int RunMissing(SweepStore* store, const SweepOptions& options, int64_t from = 1,
+               const std::string& label = "");
 
 /// Adds those that look at a database, or run rows of it again: status, missing, rerun, verify,
 /// export, report; and worker, which the others start.

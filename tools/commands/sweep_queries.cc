@@ -1,5 +1,5 @@
-// morphbus sweep status, missing, rerun, verify, export and report: what looks at the rows of a sweep, or
-// runs some of them again; and the processes that run them.
+// morphbus sweep status, missing, rerun, verify, export and report: what looks at the rows of a
+// sweep, or runs some of them again; and the processes that run them.
 
 #include <fmt/format.h>
 

@@ -30,24 +30,6 @@ std::vector<double> FractionsOf(const SweepFile& sweep, const SweepAxis& axis) {
   return fractions;
 }
 
-/// The value of an axis at this fraction of it.
-Json Drawn(const SweepAxis& axis, double fraction) {
-  if (axis.kind == SweepAxis::Kind::kAmong) {
-    const auto index = static_cast<size_t>(fraction * static_cast<double>(axis.values.size()));
-    return axis.values[std::min(index, axis.values.size() - 1)];
-  }
-  if (axis.whole) {
-    // Each whole number has as large a share.
-    const double first = std::ceil(axis.from), last = std::floor(axis.to);
-    return static_cast<int64_t>(std::min(last, first + std::floor(fraction * (last - first + 1))));
-  }
-  if (axis.logarithmic) {
-    const double logarithm = std::log(axis.from) * (1 - fraction) + std::log(axis.to) * fraction;
-    return std::clamp(std::exp(logarithm), axis.from, axis.to);
-  }
-  return axis.from * (1 - fraction) + axis.to * fraction;
-}
-
 /// The points of one [[run]].
 class RunPoints {
  public:
@@ -101,7 +83,7 @@ class RunPoints {
         point[axis.name] = chosen[axis.name];
       } else {
         const size_t drawn = std::ranges::find(drawn_, &axis) - drawn_.begin();
-        point[axis.name] = Drawn(axis, fractions_[drawn][sample_]);
+        point[axis.name] = ValueAt(axis, fractions_[drawn][sample_]);
       }
     }
     for (const auto& [name, value] : run_.items()) point[name] = value;
@@ -122,6 +104,23 @@ class RunPoints {
 };
 
 }  // namespace
+
+Json ValueAt(const SweepAxis& axis, double fraction) {
+  if (axis.kind == SweepAxis::Kind::kAmong) {
+    const auto index = static_cast<size_t>(fraction * static_cast<double>(axis.values.size()));
+    return axis.values[std::min(index, axis.values.size() - 1)];
+  }
+  if (axis.whole) {
+    // Each whole number has as large a share.
+    const double first = std::ceil(axis.from), last = std::floor(axis.to);
+    return static_cast<int64_t>(std::min(last, first + std::floor(fraction * (last - first + 1))));
+  }
+  if (axis.logarithmic) {
+    const double logarithm = std::log(axis.from) * (1 - fraction) + std::log(axis.to) * fraction;
+    return std::clamp(std::exp(logarithm), axis.from, axis.to);
+  }
+  return axis.from * (1 - fraction) + axis.to * fraction;
+}
 
 Result<std::vector<RunPoint>> PointsOf(const SweepFile& sweep) {
   std::vector<RunPoint> points;

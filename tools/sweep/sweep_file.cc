@@ -342,12 +342,19 @@ std::optional<SweepFile> ReadSweepFile(source::SourceSet* sources, int file,
   if (diagnostics->had_errors()) return std::nullopt;
   std::optional<TomlValue::Table> table = source::ParseToml(*sources, file, diagnostics);
   if (!table) return std::nullopt;
-  FlattenSettings(&*table);
+  return ReadSweepTable(sources, file, path, std::move(*table), overrides, diagnostics);
+}
+
+std::optional<SweepFile> ReadSweepTable(source::SourceSet* sources, int file,
+                                        const std::string& path, TomlValue::Table table,
+                                        const std::vector<std::string>& overrides,
+                                        source::Diagnostics* diagnostics) {
+  FlattenSettings(&table);
   for (const std::string& text : overrides) {
-    if (!LayOver(sources, text, &*table, diagnostics)) return std::nullopt;
+    if (!LayOver(sources, text, &table, diagnostics)) return std::nullopt;
   }
   return SweepReader(file, std::filesystem::path(path).parent_path().string(), diagnostics)
-      .Read(*table);
+      .Read(table);
 }
 
 }  // namespace morphbus::tools

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/source/diagnostics.h"
+#include "compiler/source/toml.h"
 #include "tools/sweep/figure_expression.h"
 #include "tools/sweep/run_inputs.h"
 
@@ -83,5 +83,10 @@ std::optional<SweepFile> ReadSweepFile(source::SourceSet* sources, int file,
                                        const std::string& path,
                                        const std::vector<std::string>& overrides,
                                        source::Diagnostics* diagnostics);
+/// The same of a file's tree.
+std::optional<SweepFile> ReadSweepTable(source::SourceSet* sources, int file,
+                                        const std::string& path, source::TomlValue::Table table,
+                                        const std::vector<std::string>& overrides,
+                                        source::Diagnostics* diagnostics);
 
 }  // namespace morphbus::tools

@@ -17,6 +17,7 @@
 #include "tools/base/share_folder.h"
 #include "tools/sweep/best_rows.h"
 #include "tools/sweep/expectations.h"
+#include "tools/sweep/search_file.h"
 #include "tools/sweep/sweep_columns.h"
 #include "tools/sweep/sweep_estimate.h"
 
@@ -25,7 +26,7 @@ namespace {
 
 /// Rows that a page holds, so that browsers can. Of more every second, third … one is shown, and
 /// the best ones.
-constexpr int64_t kMostRows = 20000;
+constexpr int64_t kMostShown = 20000;
 /// Pictures of a row.
 constexpr int kMoments = 5;
 /// How far a robot came, whichever way it went.
@@ -105,28 +106,44 @@ class SweepPage : private logger::ReportPage {
 
   /// The sweep's file, for what it expects and which rows it calls the best.
   Result<void> ReadFileOfSweep() {
+    by_ = options_.by;
+    smallest_ = options_.smallest;
     source::SourceSet sources;
     source::Diagnostics diagnostics;
     const int file = sources.AddText("the sweep", origin_.text);
-    // Files that its axes name may be gone, which is all the same here.
-    const std::optional<SweepFile> sweep =
-        ReadSweepFile(&sources, file, origin_.folder + "/sweep.toml", origin_.words, &diagnostics);
-    by_ = options_.by;
-    smallest_ = options_.smallest;
-    if (!by_ && sweep && sweep->keep.by) {
-      by_ = sweep->keep.by;
-      smallest_ = sweep->keep.smallest;
+    // What its files say has been compiled long ago: they may be gone.
+    const std::string path = origin_.folder + "/sweep.toml";
+    const auto tree = source::ParseToml(sources, file, &diagnostics);
+    if (tree && IsSearch(*tree)) {
+      if (const auto search = ReadSearchFile(&sources, file, path, origin_.words, &diagnostics)) {
+        TakeGoal(search->goals.front().expression, search->goals.front().smallest);
+      }
+    } else if (const auto sweep =
+                   ReadSweepFile(&sources, file, path, origin_.words, &diagnostics)) {
+      if (sweep->keep.by) TakeGoal(*sweep->keep.by, sweep->keep.smallest);
+      if (Result<void> looked = LookAtExpectations(*sweep); !looked) return looked;
+    }
+    if (diagnostics.had_errors()) {
+      notes_.emplace_back(
+          "this version does not understand the sweep's file: what it expects is "
+          "left out");
     }
     ExpressionError none;
     if (!by_) by_ = FigureExpression::Read(kFarthest, &none);
-    if (!sweep) {
-      notes_.emplace_back("this version does not understand the sweep's file: what it expects is "
-                          "left out");
-      return {};
-    }
+    return {};
+  }
+
+  /// Ranks rows by what the file names, unless the command line has named something.
+  void TakeGoal(const FigureExpression& expression, bool smallest) {
+    if (by_) return;
+    by_ = expression;
+    smallest_ = smallest;
+  }
+
+  Result<void> LookAtExpectations(const SweepFile& sweep) {
     // While rows are missing nothing can be said.
     if (counts_.missing() > 0) return {};
-    Result<std::vector<ExpectationResult>> expectations = CheckExpectations(*sweep, &store_);
+    Result<std::vector<ExpectationResult>> expectations = CheckExpectations(sweep, &store_);
     if (!expectations) return Fail(expectations.error().message);
     expectations_ = std::move(*expectations);
     return {};
@@ -143,7 +160,7 @@ class SweepPage : private logger::ReportPage {
       return true;
     });
     if (!read) return read;
-    const int64_t every = (counts_.rows + kMostRows - 1) / kMostRows;
+    const int64_t every = (counts_.rows + kMostShown - 1) / kMostShown;
     if (every > 1) {
       notes_.push_back(fmt::format(
           "of {} rows one in {} is shown below, and the best ones: morphbus sweep export has all",

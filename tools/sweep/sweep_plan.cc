@@ -15,7 +15,6 @@
 #include "tools/sweep/sampling.h"
 
 namespace morphbus::tools {
-namespace {
 
 /// A model, with the variants that run of one of its robots.
 struct SweepModel {
@@ -23,6 +22,8 @@ struct SweepModel {
   /// Their names; that of the robot itself is the first one.
   std::vector<std::string> robots;
 };
+
+namespace {
 
 /// Adds `count` variants of a robot to a model, as the file of `morphbus variants` that imports it
 /// would. Nothing, after saying why, if there are not so many.
@@ -71,10 +72,12 @@ std::string KeyOf(const proto::RunDescription& description) {
   return bridge::BytesHash(inputs.SerializeAsString());
 }
 
-/// Plans one row after the other. What was compiled for one row serves the next.
-class RowPlanner {
+}  // namespace
+
+/// What was compiled for one row serves the next.
+class SweepPlanner::Compiled {
  public:
-  RowPlanner(const SweepFile& sweep, SweepPlan* plan) : sweep_(sweep), plan_(*plan) {}
+  explicit Compiled(const SweepFile& sweep) : sweep_(sweep) {}
 
   bool Add(const RunPoint& point) {
     RunOptions options = OptionsOf(point, sweep_.folder);
@@ -97,6 +100,7 @@ class RowPlanner {
     plan_.rows.push_back(std::move(row));
     return true;
   }
+  SweepPlan Take() { return std::exchange(plan_, {}); }
 
  private:
   /// The model of a run, null after printing what is wrong with it.
@@ -147,29 +151,32 @@ class RowPlanner {
   }
 
   const SweepFile& sweep_;
-  SweepPlan& plan_;
+  SweepPlan plan_;
   /// By path, and by robot where variants of it run.
   std::map<std::pair<std::string, std::string>, std::optional<SweepModel>> models_;
   std::map<std::pair<std::string, const SweepModel*>, std::optional<CompiledProgram>> programs_;
 };
 
-}  // namespace
+SweepPlanner::SweepPlanner(const SweepFile& sweep) : compiled_(std::make_unique<Compiled>(sweep)) {}
+SweepPlanner::~SweepPlanner() = default;
+bool SweepPlanner::Add(const RunPoint& point) { return compiled_->Add(point); }
+SweepPlan SweepPlanner::Take() { return compiled_->Take(); }
 
 std::optional<SweepPlan> PlanSweep(const SweepFile& sweep) {
   const Result<std::vector<RunPoint>> points = PointsOf(sweep);
   if (!points) return Refuse(points.error().message);
-  SweepPlan plan;
-  RowPlanner planner(sweep, &plan);
+  SweepPlanner planner(sweep);
   WorkProgress progress;
+  size_t row = 0;
   for (const RunPoint& point : *points) {
-    const size_t row = plan.rows.size() + 1;
+    ++row;
     if (!planner.Add(point)) {
       return Refuse(
           fmt::format("row {} of {} cannot run: {}", row, points->size(), PointText(point)));
     }
     progress.Show("planned", static_cast<double>(row) / static_cast<double>(points->size()));
   }
-  return plan;
+  return planner.Take();
 }
 
 }  // namespace morphbus::tools

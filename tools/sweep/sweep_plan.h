@@ -2,6 +2,7 @@
 // The rows of a sweep before they run: each a run's description, and the key that its inputs have.
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,6 +32,24 @@ struct PlannedRow {
 struct SweepPlan {
   std::vector<PlannedRow> rows;
   std::map<std::string, std::string> parts;
+};
+
+/// Plans one row after the other. Models and programs are compiled once, for all rows.
+class SweepPlanner {
+ public:
+  explicit SweepPlanner(const SweepFile& sweep);
+  ~SweepPlanner();
+  SweepPlanner(const SweepPlanner&) = delete;
+  SweepPlanner& operator=(const SweepPlanner&) = delete;
+
+  /// Adds a row to the plan. False after printing why it cannot run.
+  bool Add(const RunPoint& point);
+  /// What was planned since it was taken last; parts may come again.
+  SweepPlan Take();
+
+ private:
+  class Compiled;
+  std::unique_ptr<Compiled> compiled_;
 };
 
 /// Compiles models and programs, each once, and plans all rows. What is wrong is printed, with the

@@ -42,19 +42,21 @@ bool StoredRows::GoOn() {
       taken_ == 0 ? ""
                   : fmt::format(", {:.2g} a second, {} left", rate,
                                 DurationText(static_cast<double>(rows_ - taken_) / rate));
-  progress_.Show(fmt::format("{} of {}{}", taken_, Counted(rows_, "row"), left),
+  progress_.Show(fmt::format("{}{} of {}{}", label_, taken_, Counted(rows_, "row"), left),
                  rows_ == 0 ? 1.0 : static_cast<double>(taken_) / static_cast<double>(rows_));
   return CaughtSignal() == 0;
 }
 
-Result<std::unique_ptr<MissingRows>> MissingRows::Of(SweepStore* store) {
+Result<std::unique_ptr<MissingRows>> MissingRows::Of(SweepStore* store, int64_t from) {
   std::unique_ptr<MissingRows> rows(new MissingRows(store));
   std::set<std::string> keys;
-  const Result<void> read = store->EachRow([&](const StoredRow& row) {
-    // Rows of equal inputs share one result.
-    if (!row.result && keys.insert(row.key).second) rows->Append(row);
-    return true;
-  });
+  const Result<void> read = store->EachRow(
+      [&](const StoredRow& row) {
+        // Rows of equal inputs share one result.
+        if (!row.result && keys.insert(row.key).second) rows->Append(row);
+        return true;
+      },
+      from);
   if (!read) return Fail(read.error().message);
   return rows;
 }

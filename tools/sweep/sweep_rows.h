@@ -23,6 +23,8 @@ class StoredRows : public RowSource {
   Result<std::optional<RowTask>> Next() override;
   Result<std::string> Part(const std::string& hash) override { return store_.Part(hash); }
   bool GoOn() override;
+  /// What stands before the progress, as "generation 3 of 30, ".
+  void set_label(std::string label) { label_ = std::move(label); }
   /// Results that have come, and rows in all.
   [[nodiscard]] int64_t taken() const { return taken_; }
   [[nodiscard]] int64_t rows() const { return rows_; }
@@ -43,6 +45,7 @@ class StoredRows : public RowSource {
   };
   std::deque<Waiting> waiting_;
   int64_t rows_ = 0, taken_ = 0;
+  std::string label_;
   WallTimer timer_;
   WorkProgress progress_;
 };
@@ -51,8 +54,8 @@ class StoredRows : public RowSource {
 /// some times a second.
 class MissingRows : public StoredRows {
  public:
-  /// Finds them. Fails if the store cannot be read.
-  static Result<std::unique_ptr<MissingRows>> Of(SweepStore* store);
+  /// Finds them, from a place on. Fails if the store cannot be read.
+  static Result<std::unique_ptr<MissingRows>> Of(SweepStore* store, int64_t from = 1);
   Result<void> Take(const RowTask& task, const RowResult& result) override;
   bool GoOn() override;
   /// Writes what has not been written yet. The first error of GoOn comes here, too.

@@ -248,14 +248,21 @@ Result<void> SweepStore::SetPlan(const SweepPlan& plan, const SweepOrigin& origi
     put.Text(name).Text(*value).Step(&failed);
     if (failed) return Broken("write");
   }
-  done = PutPlan(plan);
+  done = Run("DELETE FROM plan");
+  if (done) done = PutRows(plan, 1);
   if (done) done = DropUnused();
   return done ? Run("COMMIT") : done;
 }
 
-Result<void> SweepStore::PutPlan(const SweepPlan& plan) {
-  Result<void> cleared = Run("DELETE FROM plan");
-  if (!cleared) return cleared;
+Result<void> SweepStore::Extend(const SweepPlan& more) {
+  const Result<RowCounts> counts = Counts();
+  if (!counts) return Fail(counts.error().message);
+  Result<void> done = Run("BEGIN IMMEDIATE");
+  if (done) done = PutRows(more, counts->rows + 1);
+  return done ? Run("COMMIT") : done;
+}
+
+Result<void> SweepStore::PutRows(const SweepPlan& plan, int64_t number) {
   // A part has the hash of its bytes for a name, so that one that is there is the same.
   Statement part(db_, "INSERT OR IGNORE INTO parts VALUES(?, ?)");
   Statement place(db_, "INSERT INTO plan VALUES(?, ?, ?)");
@@ -267,10 +274,9 @@ Result<void> SweepStore::PutPlan(const SweepPlan& plan) {
     part.Text(hash).Bytes(bytes).Step(&failed);
     if (failed) return Broken("write");
   }
-  int64_t number = 0;
   for (const PlannedRow& row : plan.rows) {
     place.Reset();
-    place.Whole(++number).Text(row.key).Text(JsonText(row.point)).Step(&failed);
+    place.Whole(number++).Text(row.key).Text(JsonText(row.point)).Step(&failed);
     if (failed) return Broken("write");
     inputs.Reset();
     inputs.Text(row.key).Text(JsonText(Json(row.inputs.parts))).Bytes(row.inputs.own).Step(&failed);
@@ -305,8 +311,9 @@ Result<SweepOrigin> SweepStore::Origin() {
   return origin;
 }
 
-Result<void> SweepStore::EachRow(const std::function<bool(const StoredRow&)>& each) {
-  Statement statement(db_, std::string(kRows) + " ORDER BY plan.place");
+Result<void> SweepStore::EachRow(const std::function<bool(const StoredRow&)>& each, int64_t from) {
+  Statement statement(db_, std::string(kRows) + " WHERE plan.place >= ? ORDER BY plan.place");
+  statement.Whole(from);
   bool failed = false;
   while (statement.Step(&failed)) {
     if (!each(statement.Row())) return {};

@@ -61,11 +61,13 @@ class SweepStore {
   /// Stores the plan in the place of the one before. Results stay, by their keys, and serve the new
   /// plan. `origin` says what it was made of.
   Result<void> SetPlan(const SweepPlan& plan, const SweepOrigin& origin);
+  /// Adds rows behind those of the plan.
+  Result<void> Extend(const SweepPlan& more);
   /// What SetPlan was given last.
   Result<SweepOrigin> Origin();
 
-  /// Calls `each` for all rows of the plan in order, until it returns false.
-  Result<void> EachRow(const std::function<bool(const StoredRow&)>& each);
+  /// Calls `each` for the rows of the plan in order, from this place on, until it returns false.
+  Result<void> EachRow(const std::function<bool(const StoredRow&)>& each, int64_t from = 1);
   /// The row at a place; nothing if the plan has none there.
   Result<std::optional<StoredRow>> RowAt(int64_t place);
   Result<RowCounts> Counts();
@@ -95,7 +97,8 @@ class SweepStore {
   /// The database's last error as a sentence for people.
   [[nodiscard]] tl::unexpected<Error> Broken(const std::string& doing) const;
   Result<std::string> Meta(const char* name);
-  Result<void> PutPlan(const SweepPlan& plan);
+  /// Adds rows, of which the first one has this number.
+  Result<void> PutRows(const SweepPlan& plan, int64_t number);
   Result<void> DropUnused();
 
   std::string path_;

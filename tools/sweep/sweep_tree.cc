@@ -53,9 +53,9 @@ void AppendFlat(TomlEntry entry, TomlValue::Table* flat) {
   }
 }
 
-/// Flattens the `set` of one table, of the file or of a run.
-void FlattenSet(TomlValue::Table* of) {
-  TomlValue::Table* set = TableAt(of, "set");
+/// Flattens the settings under a key of one table, of the file or of a run.
+void FlattenSet(TomlValue::Table* of, std::string_view key) {
+  TomlValue::Table* set = TableAt(of, key);
   if (set == nullptr) return;
   TomlValue::Table flat;
   for (TomlEntry& setting : *set) AppendFlat(std::move(setting), &flat);
@@ -100,8 +100,10 @@ void LayInSet(TomlEntry entry, TomlValue::Table* file) {
 }  // namespace
 
 void FlattenSettings(TomlValue::Table* file) {
-  FlattenSet(file);
-  ForEachRun(file, FlattenSet);
+  // In [search] stand those that a search looks for.
+  FlattenSet(file, "set");
+  FlattenSet(file, "search");
+  ForEachRun(file, [](TomlValue::Table* run) { FlattenSet(run, "set"); });
 }
 
 bool LayOver(source::SourceSet* sources, const std::string& text, TomlValue::Table* file,

@@ -14,9 +14,9 @@ namespace morphbus::tools {
 inline constexpr std::array<std::string_view, 8> kSweepKeys = {
     "variants", "method", "samples", "sample_seed", "set", "run", "expect", "keep"};
 
-/// Gives the settings in [set] and in every [[run]] their whole names, as commands have them: where
-/// TOML reads `MTRAN.link.mass = 0.2` as tables in tables, there is one entry "MTRAN.link.mass"
-/// after this.
+/// Gives the settings in [set], [search] and every [[run]] their whole names, as commands have
+/// them: where TOML reads `MTRAN.link.mass = 0.2` as tables in tables, there is one entry
+/// "MTRAN.link.mass" after this.
 void FlattenSettings(source::TomlValue::Table* file);
 
 /// Lays "NAME=VALUES" of a command line over a tree with flat settings. It takes the place of all

@@ -36,6 +36,11 @@ export interface Series {
   values: Value[];
 }
 
+/** The rows' own numbers, by which a search is followed, as a series. */
+export function placesOf(sweep: Sweep): Series {
+  return { name: 'row', input: false, values: sweep.rows.map((row) => row.row) };
+}
+
 /** Inputs first, then the goal unless it is a figure itself, then figures. */
 export function seriesOf(sweep: Sweep): Series[] {
   const all = sweep.columns.map((column, i) => ({

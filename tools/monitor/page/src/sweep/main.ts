@@ -6,7 +6,7 @@ import { init, use, type EChartsType } from 'echarts/core';
 import { CanvasRenderer } from 'echarts/renderers';
 import { element, fill } from '../ui/dom.ts';
 import { escapeText, heatOption, parallelOption, scatterOption, themeOf, type Option } from './charts.ts';
-import { effectOf, isNumeric, ordered, seriesOf, valueText, type Series, type Sweep } from './data.ts';
+import { effectOf, isNumeric, ordered, placesOf, seriesOf, valueText, type Series, type Sweep } from './data.ts';
 
 use([HeatmapChart, ParallelChart, ScatterChart, GridComponent, ParallelComponent, TooltipComponent, VisualMapComponent, CanvasRenderer]);
 
@@ -96,7 +96,7 @@ class Report {
   private addScatter(parent: Element, first: Series, inputs: readonly Series[]): void {
     const colour = inputs.find((one) => one !== first) ?? this.goal;
     const choices = [
-      { label: 'across', from: this.series, first },
+      { label: 'across', from: [...this.series, placesOf(this.sweep)], first },
       { label: 'up', from: this.series, first: this.goal },
       { label: 'colour', from: this.series, first: colour },
     ];

@@ -1,0 +1,155 @@
+#!/usr/bin/env python3
+"""`morphbus optimise`: the same settings whoever runs the candidates and however often that is disturbed, better than those
+that there were, and as good as the rows say."""
+import json
+import random
+import re
+import shlex
+import subprocess
+import time
+import unittest
+
+from support import LIMIT, SOURCE, Case, as_json, command, morphbus
+
+MODEL = SOURCE / 'models' / 'molecube.m3l'
+PROGRAMS = SOURCE / 'models' / 'programs'
+# How far the arm's middle goes by how strong and how quick its motors are.
+ARM = f'model = "{MODEL}"\nprogram = "{PROGRAMS}/arm.dyn"\nrobot = "arm"\nseconds = 3\n'
+FASTER = ARM + 'maximise = "path_length"\npopulation = 6\ngenerations = 4\n[search.MOLECUBE.swivel]\nspeed = {from = 0.2, to = 6}\n' \
+    'torque = {from = 0.5, to = 20, log = true}\n'
+
+
+class Optimise(Case):
+    def search_file(self, text, name='s'):
+        path = self.folder / f'{name}.toml'
+        path.write_text(text)
+        return path
+
+    def best(self, name='s'):
+        return self.folder / f'{name}.best.toml'
+
+    def rows(self, file):
+        rows = json.loads(morphbus('sweep', 'export', file, '--to', 'json').stdout)
+        return {row['row']: row for row in rows}
+
+    def test_it_finds_what_is_better_and_the_file_is_that_run(self):
+        file = self.search_file(FASTER)
+        found = as_json('optimise', file)
+        self.assertEqual((found['candidates'], found['generations'], found['stopped']), (24, 4, False))
+        best, = found['best']
+        self.assertGreater(best['goals'][0], found['shipped']['goals'][0])
+        rows = self.rows(file)
+        # Row 1 is as program and model are, 2 the first candidate, which has the same to six digits.
+        self.assertAlmostEqual(rows[1]['figures']['path_length'], rows[2]['figures']['path_length'], places=2)
+        self.assertEqual(max(row['figures']['path_length'] for row in rows.values()), best['goals'][0])
+        alone = as_json('run', MODEL, PROGRAMS / 'arm.dyn', '--robot', 'arm', '--seconds', 3, '--inproc', '--no-log',
+                        '--params', self.best())
+        self.assertEqual(alone['hash'], rows[best['row']]['hash'])
+        self.assertIn('# most path_length: ', self.best().read_text())
+        said = morphbus('optimise', file).stdout
+        self.assertIn(f'--params {self.best()}', said)
+        # The page of a sweep knows what was sought.
+        page = self.folder / 'page.html'
+        morphbus('sweep', 'report', file, '-o', page, '--best', 1)
+        self.assertIn(f'<h3>Row {best["row"]}: ', page.read_text())
+
+    def test_processes_interruptions_and_another_beginning_change_nothing(self):
+        one = self.search_file(FASTER, 'one')
+        morphbus('optimise', one, '--jobs', 1)
+        three = self.search_file(FASTER, 'three')
+        morphbus('optimise', three, '--jobs', 3)
+        self.assertEqual(self.best('one').read_bytes(), self.best('three').read_bytes())
+        killed = self.search_file(FASTER, 'killed')
+        moment = random.Random(3)
+        for _ in range(5):
+            process = subprocess.Popen(command('optimise', killed), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            time.sleep(moment.uniform(0, 0.6))
+            process.kill()
+            process.communicate()
+        morphbus('optimise', killed)
+        self.assertEqual(self.best('one').read_bytes(), self.best('killed').read_bytes())
+        morphbus('optimise', one, 'search_seed=2', '-o', self.folder / 'other.toml')
+        self.assertNotEqual(self.best('one').read_bytes(), (self.folder / 'other.toml').read_bytes())
+
+    def test_conditions_rule_out(self):
+        # The farthest that a limit allows is less than the farthest.
+        free = as_json('optimise', self.search_file(FASTER, 'free'))['best'][0]['goals'][0]
+        bound = self.search_file(FASTER.replace('[search', f'subject_to = ["path_length < {free * 0.9}", "num_faults == 0"]\n[search'), 'bound')
+        best, = as_json('optimise', bound)['best']
+        self.assertEqual(best['broken'], 0)
+        self.assertLess(best['goals'][0], free * 0.9)
+        never = self.search_file(FASTER.replace('[search', 'subject_to = "num_faults < 0"\n[search'), 'never')
+        done = morphbus('optimise', never, status=1)
+        self.assertIn('no candidate fulfils all conditions', done.stderr)
+        self.assertFalse(self.best('never').exists())
+
+    def test_two_goals_have_a_front(self):
+        text = FASTER.replace('maximise = "path_length"', 'maximise = "path_length"\nminimise = "energy"').replace('population = 6', 'population = 8')
+        file = self.search_file(text)
+        found = as_json('optimise', file)
+        goals = sorted(one['goals'] for one in found['best'])
+        self.assertGreater(len(goals), 1)
+        # Who goes farther needs more.
+        self.assertEqual(sorted(energy for _, energy in goals), [energy for _, energy in goals])
+        chosen = self.best().read_bytes()
+        self.assertIn(found['picked'], [one['row'] for one in found['best']])
+        others = {index: as_json('optimise', file, '--pick', index)['picked'] for index in range(1, len(goals) + 1)}
+        self.assertEqual(sorted(others.values()), sorted(one['row'] for one in found['best']))
+        self.assertTrue(chosen.startswith(b'# Found by morphbus optimise.\n# most path_length: '))
+        self.assertIn('--pick: there are', morphbus('optimise', file, '--pick', 1000, status=2).stderr)
+
+    def test_several_runs_of_a_candidate_count_together(self):
+        file = self.search_file(FASTER.replace('maximise', 'friction = [0.2, 0.9]\nof_runs = "worst"\nmaximise', 1).replace('generations = 4', 'generations = 1'))
+        best, = as_json('optimise', file)['best']
+        rows = self.rows(file)
+        self.assertEqual(len(rows), 2 * 7)
+        self.assertEqual(min(rows[best['row'] + i]['figures']['path_length'] for i in (0, 1)), best['goals'][0])
+
+    def test_ctrl_c_keeps_what_was_found(self):
+        self.assertEqual(as_json('optimise', self.search_file(FASTER), '--dry-run')['rows'], 25)
+        long = self.search_file(FASTER.replace('generations = 4', 'generations = 10000'), 'long')
+        process = subprocess.Popen(command('optimise', long, '--json'), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.communicate)
+        self.addCleanup(process.kill)
+        limit = time.monotonic() + LIMIT
+        done = 0
+        while done < 20 and time.monotonic() < limit:
+            status = morphbus('sweep', 'status', long, '--json', status=None)
+            done = json.loads(status.stdout)['done'] if status.returncode == 0 else 0
+        process.terminate()
+        out, err = process.communicate(timeout=LIMIT)
+        self.assertEqual(process.returncode, 1, err)
+        self.assertIn('the same command goes on', err)
+        self.assertTrue(json.loads(out)['stopped'])
+        self.assertTrue(self.best('long').exists())
+
+    def test_what_is_wrong_is_said(self):
+        for old, new, expected in (
+                ('path_length', 'path_lenth', "there is no figure 'path_lenth'.*did you mean 'path_length'"),
+                ('path_length', 'hash', 'hash is no number'),
+                ('speed = {', 'sped = {', "has no attribute 'sped'.*did you mean 'speed'"),
+                ('to = 20', 'to = 1e12', 'expected 1e-9 to 1e9'),
+                ('arm.dyn', 'nothing.dyn', 'nothing.dyn'),
+                ('population = 6', 'population = 4', 'expected a whole number, 5 to')):
+            with self.subTest(new):
+                done = morphbus('optimise', self.search_file(FASTER.replace(old, new), f'wrong{abs(hash(new))}'), status=2)
+                self.assertRegex(done.stderr.replace('\n', ' '), expected)
+        taken = self.folder / 'taken.toml'
+        taken.write_text('x = 3\n')
+        self.assertIn('--force', morphbus('optimise', self.search_file(FASTER), '-o', taken, status=2).stderr)
+        self.assertEqual(taken.read_text(), 'x = 3\n')
+
+
+class Document(Case):
+    def test_the_commands_of_the_page_work(self):
+        page = (SOURCE / 'docs' / 'optimise.md').read_text(encoding='utf-8')
+        (self.folder / 'faster.toml').write_text(re.findall(r'```toml\n(.*?)```', page, re.S)[0])
+        (self.folder / 'models').symlink_to(SOURCE / 'models')
+        commands, = re.findall(r'```sh\n(.*?)```', page, re.S)
+        for line in commands.splitlines():
+            morphbus(*shlex.split(line)[1:], cwd=self.folder)
+        self.assertIn('MOLECUBE.swivel.speed', (self.folder / 'faster.best.toml').read_text())
+
+
+if __name__ == '__main__':
+    unittest.main()
