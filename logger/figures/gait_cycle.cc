@@ -258,9 +258,11 @@ std::vector<double> Begins(Tracks* tracks, const Stretch& stretch, double period
       begins.push_back(next);
       continue;
     }
-    begins.push_back(LeastBetween(guess - slack - 1, guess + slack + 1, [&](int begin) {
-      return PlainDifference(*tracks, first, begin, count);
-    }));
+    // Where the period is as short as the slack, a cycle could begin anew with the one before it.
+    const int after = static_cast<int>(std::floor(begins.back())) + 1;
+    begins.push_back(
+        LeastBetween(std::max(after, guess - slack - 1), guess + slack + 1,
+                     [&](int begin) { return PlainDifference(*tracks, first, begin, count); }));
   }
   return begins;
 }

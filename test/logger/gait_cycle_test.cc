@@ -164,6 +164,17 @@ TEST(FindCycle, ACycleThatTakesLongerNowAndThenIsFollowed) {
   }
 }
 
+TEST(FindCycle, ACycleAsShortAsTheSlackComesToAnEnd) {
+  // A controller at its limits says one thing at one tick and the opposite at the next one.
+  for (const int ticks : {2, 3, 4}) {
+    const Law toggle = [ticks](double t) {
+      const int tick = static_cast<int>(std::lround(t / kTick));
+      return (tick % ticks == 0 ? 20.0 : -20.0) * kOneDegree;
+    };
+    EXPECT_NEAR(PeriodOf({toggle}, 1.0), ticks * kTick, 0.01 * kTick) << ticks;
+  }
+}
+
 TEST(FindCycle, AGaitThatHaltsHasItsCycleAllTheSame) {
   EXPECT_NEAR(PeriodOf({Between(Wave(2.0), 1.0, 13.3)}, 20.0), 2.0, 0.02);
 }
