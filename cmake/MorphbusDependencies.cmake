@@ -8,7 +8,6 @@ find_package(nlohmann_json REQUIRED)
 find_package(pugixml REQUIRED)
 find_package(Protobuf REQUIRED)
 find_package(SQLite3 REQUIRED)
-find_package(pagmo REQUIRED)
 
 # Bullet in double precision. Its config says how to compile; it lists a library that Debian does not
 # ship (BulletInverseDynamics-float64), so those that are needed are named here.
@@ -72,6 +71,14 @@ find_library(SODIUM_LIBRARY NAMES libsodium.a sodium REQUIRED)
 add_library(morphbus_sodium INTERFACE)
 target_include_directories(morphbus_sodium SYSTEM INTERFACE ${SODIUM_INCLUDE_DIR})
 target_link_libraries(morphbus_sodium INTERFACE ${SODIUM_LIBRARY})
+
+# pagmo for its searches. Its shared library takes twice as long to load as morphbus does without it, most of it for
+# problems and algorithms that nobody uses here: of the archive the linker takes what is used. tools/CMakeLists.txt says
+# how. Debian's config knows the shared library alone.
+find_path(PAGMO_INCLUDE_DIR pagmo/algorithm.hpp REQUIRED)
+find_library(PAGMO_ARCHIVE libpagmo.a REQUIRED)
+find_library(BOOST_SERIALIZATION_LIBRARY boost_serialization REQUIRED)
+find_library(TBB_LIBRARY tbb REQUIRED)
 
 find_path(XXHASH_INCLUDE_DIR xxhash.h REQUIRED)
 find_path(EXPECTED_INCLUDE_DIR tl/expected.hpp REQUIRED)

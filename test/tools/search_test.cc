@@ -85,7 +85,6 @@ TEST(SearchMethodTest, NsgaFindsWhatLiesBetweenTwoGoals) {
   const std::vector<size_t> front = ParetoFront(costs);
   EXPECT_GT(front.size(), 10u);
   const auto place = [&](size_t i) { return tried[i][0]; };
-  EXPECT_LT(std::ranges::min(front, {}, place), front.size());
   double low = 1, high = 0;
   for (const size_t i : front) {
     low = std::min(low, place(i));
@@ -119,7 +118,7 @@ TEST(SearchFileTest, WhatIsWrongHasItsPlace) {
   EXPECT_NE(ErrorsOf(good).find("nothing to be sought"), std::string::npos);
   EXPECT_NE(ErrorsOf(good + "[search]\na = 3\n").find("s.toml:6:5: error: expected a range"),
             std::string::npos);
-  EXPECT_NE(ErrorsOf("minimise = ['a', 'b +']\n" + sought).find("s.toml:4:21: error: a value"),
+  EXPECT_NE(ErrorsOf("minimise = ['a', 'b +']\n" + sought).find("s.toml:4:22: error: a value"),
             std::string::npos);
   EXPECT_NE(
       ErrorsOf(good + "algorithm = 'nsga-2'\npopulation = 10\n" + sought).find("a multiple of 4"),
