@@ -254,7 +254,7 @@ std::vector<double> Begins(Tracks* tracks, const Stretch& stretch, double period
     if (guess >= stretch.end) break;
     const int count = std::min(lag, stretch.end - guess - slack - 1);
     // A short rest of the run tells less than the period does.
-    if (count < lag / 2 || guess - slack - 1 < 0) {
+    if (count < std::max(1, lag / 2) || guess - slack - 1 < 0) {
       begins.push_back(next);
       continue;
     }

@@ -42,12 +42,14 @@ async function open(size = SIZES[0], theme = 'light') {
   return page;
 }
 
-/** How many pixels of a plot are not its ground. */
+/** How many pixels of a plot are not its ground; a plot may be several canvases, one over the other. */
 const painted = (page, chart) =>
-  page.locator('.chart canvas').nth(chart).evaluate((canvas) => {
-    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  page.locator('.chart').nth(chart).evaluate((plot) => {
     let count = 0;
-    for (let at = 3; at < data.length; at += 4) count += data[at] > 0 ? 1 : 0;
+    for (const canvas of plot.querySelectorAll('canvas')) {
+      const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+      for (let at = 3; at < data.length; at += 4) count += data[at] > 0 ? 1 : 0;
+    }
     return count;
   });
 
@@ -58,7 +60,7 @@ describe('the page of a sweep', () => {
     for (const theme of THEMES)
       test(`is whole at ${size.width} pixels, ${theme}`, async () => {
         const page = await open(size, theme);
-        assert.equal(await page.locator('.chart canvas').count(), 3);
+        assert.equal(await page.locator('.chart').count(), 3);
         for (let chart = 0; chart < 3; chart++) assert.ok((await painted(page, chart)) > 1000, `plot ${chart}`);
         const wide = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
         assert.ok(wide <= 0, `the page is ${wide} pixels wider than the window`);
@@ -90,7 +92,7 @@ describe('the page of a sweep', () => {
     await chart.scrollIntoViewIfNeeded();
     const box = await chart.boundingBox();
     // The first axis is friction, from 0.4 below to 0.8 above; the upper third of it has the largest alone.
-    const [top, bottom, x] = [box.y + 48, box.y + box.height - 24, box.x + 48];
+    const [top, bottom, x] = [box.y + 48, box.y + box.height - 64, box.x + 60];
     await page.mouse.move(x, top - 2);
     await page.mouse.down();
     await page.mouse.move(x, top + (bottom - top) / 6, { steps: 5 });

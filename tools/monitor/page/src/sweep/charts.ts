@@ -51,7 +51,7 @@ function placeOf(series: Series): (row: number) => number | null {
   return (row) => places.get(series.values[row]) ?? null;
 }
 
-/** The colours of a series beside a plot; nothing if all values are one. */
+/** The colours of a series below a plot; nothing if all values are one. */
 function ramp(series: Series, numbers: readonly number[], theme: Theme, dimension: number): Option | undefined {
   const [low, high] = [Math.min(...numbers), Math.max(...numbers)];
   if (!(low < high)) return undefined;
@@ -61,8 +61,10 @@ function ramp(series: Series, numbers: readonly number[], theme: Theme, dimensio
     min: low,
     max: high,
     calculable: true,
-    right: 0,
-    top: 'middle',
+    orient: 'horizontal',
+    left: 'center',
+    bottom: 0,
+    itemHeight: 120,
     inRange: { color: theme.ramp },
     formatter: (value: number) => valueText(value),
     textStyle: { color: theme.dim },
@@ -84,7 +86,7 @@ function base(theme: Theme): Option {
       textStyle: { color: theme.text, fontSize: 12 },
       confine: true,
     },
-    grid: { left: 64, right: 96, top: 18, bottom: 52 },
+    grid: { left: 64, right: 24, top: 18, bottom: 104 },
   };
 }
 
@@ -135,15 +137,24 @@ export function heatOption([x, y, value]: readonly [Series, Series, Series], row
   };
 }
 
-/** A line a row, through an axis for each series; ranges of the axes can be chosen. */
-export function parallelOption(series: readonly Series[], colour: Series, rows: readonly number[], theme: Theme): Option {
+/** Room beside the outer axes, pixels. */
+const SIDE = 60;
+
+/** A line a row, through an axis for each series; ranges of the axes can be chosen. `width` is that of the plot, pixels. */
+export function parallelOption(
+  series: readonly Series[],
+  colour: Series,
+  rows: readonly number[],
+  theme: Theme,
+  width: number,
+): Option {
   const places = [...series, colour].map(placeOf);
   const data = rows.map((row) => [...places.map((place) => place(row)), row]);
   const shades = data.map((line) => line[series.length]).filter((value): value is number => value !== null);
   return {
     ...base(theme),
     tooltip: undefined,
-    parallel: { left: 48, right: 150, top: 48, bottom: 24 },
+    parallel: { left: SIDE, right: SIDE, top: 48, bottom: 64 },
     parallelAxis: series.map((one, dim) => ({
       dim,
       ...axis(one, theme),
@@ -151,7 +162,8 @@ export function parallelOption(series: readonly Series[], colour: Series, rows: 
       nameGap: 18,
       nameRotate: undefined,
       nameTextStyle: { color: theme.text, fontSize: 11 },
-      nameTruncate: { maxWidth: 150 },
+      // Names stand side by side, and all of one can be read in the table.
+      nameTruncate: { maxWidth: Math.min(2 * SIDE, Math.max(30, (width - 2 * SIDE) / Math.max(1, series.length - 1) - 8)) },
       realtime: false,
       areaSelectStyle: { width: 18, color: theme.accent, borderColor: theme.accent, opacity: 0.25 },
     })),

@@ -57,7 +57,14 @@ class Report {
     this.drawTable();
     const draw = (): void => this.charts.forEach((one) => one.draw());
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
-    addEventListener('resize', () => this.charts.forEach((one) => one.chart.resize()));
+    addEventListener('resize', () => {
+      for (const { chart, draw } of this.charts) {
+        const before = chart.getWidth();
+        chart.resize();
+        // What a reader chose in a plot stays where its width does.
+        if (chart.getWidth() !== before) draw();
+      }
+    });
     draw();
   }
 
@@ -74,7 +81,7 @@ class Report {
     parent: Element,
     title: string,
     choices: readonly { label: string; from: readonly Series[]; first: Series }[],
-    option: (chosen: Series[]) => Option,
+    option: (chosen: Series[], width: number) => Option,
   ): EChartsType {
     const boxes = choices.map(({ label, from, first }) => {
       const box = element('select', { 'aria-label': label, onchange: () => draw() });
@@ -87,7 +94,8 @@ class Report {
     parent.append(panel);
     const chart = init(canvas);
     const draw = (): void => {
-      chart.setOption(option(boxes.map(({ box, from }) => from[Number(box.value)])), { notMerge: true });
+      const chosen = boxes.map(({ box, from }) => from[Number(box.value)]);
+      chart.setOption(option(chosen, chart.getWidth()), { notMerge: true });
     };
     this.charts.push({ chart, draw });
     return chart;
@@ -123,18 +131,25 @@ class Report {
     const axes = [...inputs.slice(0, PARALLEL_AXES - 1), this.goal];
     const others = this.series.filter((one) => !axes.includes(one) && isNumeric(one));
     const more = others.length > 0 ? [{ label: 'last axis', from: [this.goal, ...others], first: this.goal }] : [];
-    const chart = this.addChart(this.place, 'A line a row: draw along an axis to choose rows', more, ([last]) =>
-      parallelOption([...axes.slice(0, -1), last ?? this.goal], last ?? this.goal, this.done, themeOf(this.place)),
-    );
+    const chart = this.addChart(this.place, 'A line a row: draw along an axis to choose rows', more, ([last], width) => {
+      // A plot that is drawn anew has no ranges.
+      this.choose(this.sweep.rows.map((_, i) => i));
+      return parallelOption([...axes.slice(0, -1), last ?? this.goal], last ?? this.goal, this.done, themeOf(this.place), width);
+    });
     chart.on('axisareaselected', () => {
       // The only way to the lines that are chosen, by ECharts' own example.
       const model = (chart as unknown as { getModel(): any }).getModel();
       const active: number[] = model.getSeries()[0].getRawIndicesByActiveState('active');
       const normal: number[] = model.getSeries()[0].getRawIndicesByActiveState('normal');
-      this.chosen = normal.length > 0 ? this.sweep.rows.map((_, i) => i) : active.map((i) => this.done[i]);
-      this.shown = TABLE_ROWS;
-      this.drawTable();
+      this.choose(normal.length > 0 ? this.sweep.rows.map((_, i) => i) : active.map((i) => this.done[i]));
     });
+  }
+
+  /** The rows that the table shows. */
+  private choose(rows: number[]): void {
+    this.chosen = rows;
+    this.shown = TABLE_ROWS;
+    this.drawTable();
   }
 
   /** What a row was told and came to, as HTML of a tooltip. */
