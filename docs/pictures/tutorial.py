@@ -23,7 +23,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         (folder / 'models').symlink_to(SOURCE / 'models')
-        for kind, file, body in re.findall(r'```(m3l|dyn|xml|sh) ?(\S*)\n(.*?)```', text, re.S):
+        for kind, file, body in re.findall(r'```(m3l|dyn|xml|toml|sh) ?(\S*)\n(.*?)```', text, re.S):
             if kind != 'sh':
                 (folder / file).write_text(body)
                 continue

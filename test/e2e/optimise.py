@@ -2,11 +2,13 @@
 """`morphbus optimise`: the same settings whoever runs the candidates and however often that is disturbed, better than those
 that there were, and as good as the rows say."""
 import json
+import math
 import random
 import re
 import shlex
 import subprocess
 import time
+import tomllib
 import unittest
 
 from support import LIMIT, SOURCE, Case, as_json, command, morphbus
@@ -14,7 +16,7 @@ from support import LIMIT, SOURCE, Case, as_json, command, morphbus
 MODEL = SOURCE / 'models' / 'molecube.m3l'
 PROGRAMS = SOURCE / 'models' / 'programs'
 # How far the arm's middle goes by how strong and how quick its motors are.
-ARM = f'model = "{MODEL}"\nprogram = "{PROGRAMS}/arm.dyn"\nrobot = "arm"\nseconds = 3\n'
+ARM = f'model = "{MODEL}"\nprogram = "{PROGRAMS}/arm.dyn"\nrobot = "arm"\nseconds = 2\n'
 FASTER = ARM + 'maximise = "path_length"\npopulation = 6\ngenerations = 4\n[search.MOLECUBE.swivel]\nspeed = {from = 0.2, to = 6}\n' \
     'torque = {from = 0.5, to = 20, log = true}\n'
 
@@ -42,7 +44,7 @@ class Optimise(Case):
         # Row 1 is as program and model are, 2 the first candidate, which has the same to six digits.
         self.assertAlmostEqual(rows[1]['figures']['path_length'], rows[2]['figures']['path_length'], places=2)
         self.assertEqual(max(row['figures']['path_length'] for row in rows.values()), best['goals'][0])
-        alone = as_json('run', MODEL, PROGRAMS / 'arm.dyn', '--robot', 'arm', '--seconds', 3, '--inproc', '--no-log',
+        alone = as_json('run', MODEL, PROGRAMS / 'arm.dyn', '--robot', 'arm', '--seconds', 2, '--inproc', '--no-log',
                         '--params', self.best())
         self.assertEqual(alone['hash'], rows[best['row']]['hash'])
         self.assertIn('# most path_length: ', self.best().read_text())
@@ -61,14 +63,16 @@ class Optimise(Case):
         self.assertEqual(self.best('one').read_bytes(), self.best('three').read_bytes())
         killed = self.search_file(FASTER, 'killed')
         moment = random.Random(3)
-        for _ in range(5):
+        for _ in range(3):
             process = subprocess.Popen(command('optimise', killed), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             time.sleep(moment.uniform(0, 0.6))
             process.kill()
             process.communicate()
         morphbus('optimise', killed)
         self.assertEqual(self.best('one').read_bytes(), self.best('killed').read_bytes())
-        morphbus('optimise', one, 'search_seed=2', '-o', self.folder / 'other.toml')
+        other = self.folder / 'other.db'
+        found = as_json('optimise', one, 'search_seed=2', '-o', self.folder / 'other.toml', '--database', other)
+        self.assertEqual(found['database'], str(other))
         self.assertNotEqual(self.best('one').read_bytes(), (self.folder / 'other.toml').read_bytes())
 
     def test_conditions_rule_out(self):
@@ -138,6 +142,33 @@ class Optimise(Case):
         taken.write_text('x = 3\n')
         self.assertIn('--force', morphbus('optimise', self.search_file(FASTER), '-o', taken, status=2).stderr)
         self.assertEqual(taken.read_text(), 'x = 3\n')
+
+
+class Shipped(Case):
+    """models/tuned: with the settings that were found a robot is quicker than without them, and fulfils what its search demands."""
+
+    def test_settings_are_better_than_none(self):
+        tuned = SOURCE / 'models' / 'tuned'
+        found = sorted(tuned.glob('*.best.toml'))
+        self.assertGreater(len(found), 10)
+        for path in found:
+            name = path.name.removesuffix('.best.toml')
+            # One search is for snakes of all lengths.
+            search = tomllib.loads((tuned / f'{name.rstrip("0123456789")}.toml').read_text())
+            robot = name if '_snake' in name else search['robot']
+            with self.subTest(name):
+                run = ('run', tuned / search['model'], tuned / search['program'], '--robot', robot, '--seconds', search['seconds'],
+                       '--inproc', '--no-log')
+                before, after = as_json(*run), as_json(*run, '--params', path)
+                self.assertEqual(after['num_faults'], 0)
+                self.assertGreater(self.speed(search, after), 1.15 * self.speed(search, before))
+                if name == 'quadruped':
+                    self.assertLess(after['walk']['max_tilt_rad'], math.radians(20))
+
+    @staticmethod
+    def speed(search, summary):
+        north, _, east = summary['displacement']
+        return math.hypot(north, east) if search['maximise'].startswith('hypot') else north
 
 
 class Document(Case):

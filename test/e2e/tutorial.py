@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """docs/tutorial.md: its files are written and its commands run, in order and in one folder, as they stand there.
 
-A fence names the file that it holds (```m3l worm.m3l, ```xml box.sdf); a fence of sh has one command a line, and behind # the exit
+A fence names the file that it holds (```m3l worm.m3l, ```toml waves.toml); a fence of sh has one command a line, and behind # the exit
 status where that is not 0.
 """
 import os
@@ -9,7 +9,7 @@ import re
 import subprocess
 import unittest
 
-from support import BIN, SOURCE, Case
+from support import BIN, SOURCE, Case, as_json
 
 TEXT = (SOURCE / 'docs' / 'tutorial.md').read_text(encoding='utf-8')
 PICTURES = SOURCE / 'docs' / 'pictures'
@@ -24,7 +24,7 @@ class Page(Case):
         (self.folder / 'models').symlink_to(SOURCE / 'models')
         environment = {**os.environ, 'PATH': f'{BIN}{os.pathsep}{os.environ["PATH"]}'}
         commands = []
-        for kind, name, body in re.findall(r'```(m3l|dyn|xml|sh) ?(\S*)\n(.*?)```', text, re.S):
+        for kind, name, body in re.findall(r'```(m3l|dyn|xml|toml|sh) ?(\S*)\n(.*?)```', text, re.S):
             if kind != 'sh':
                 (self.folder / name).write_text(body)
                 continue
@@ -47,10 +47,13 @@ def pictures_of(text):
 class Tutorial(Page):
     def test_from_an_empty_file_to_a_comparison(self):
         commands = self.follow(LESSON)
-        for wanted in ('check', 'roles', 'run', 'equivalent', 'compare', 'draw'):
+        for wanted in ('check', 'roles', 'run', 'equivalent', 'compare', 'draw', 'sweep', 'optimise'):
             self.assertTrue(any(line.startswith(f'morphbus {wanted} ') for line in commands), wanted)
         self.assertTrue((self.folder / 'worm.png').stat().st_size)
-        self.assertEqual(pictures_of(LESSON), ['carrying.png'])
+        self.assertEqual(pictures_of(LESSON), ['carrying.png', 'quicker.png'])
+        speeds = [as_json('run', self.folder / 'worm.m3l', self.folder / 'quick.dyn', '--robot', 'worm', '--seconds', 10, '--inproc', '--no-log',
+                          *settings)['displacement'][0] for settings in ((), ('--params', self.folder / 'quicker.best.toml'))]
+        self.assertGreater(speeds[1], 1.3 * speeds[0])
 
     def test_its_pictures_are_there_and_small(self):
         shown = pictures_of(TEXT)

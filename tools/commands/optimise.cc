@@ -125,10 +125,9 @@ Json CandidateJson(const SearchFile& search, const SearchCandidate& candidate) {
 
 /// Says what was found.
 void Tell(const ReadySearch& ready, const SearchOutcome& outcome, const std::vector<size_t>& best,
-          size_t picked, const std::string& settings, const OptimiseOptions& options) {
+          size_t picked, const std::string& settings, const std::string& database, bool as_json) {
   const SearchFile& search = ready.search;
-  const std::string database = DatabaseOf(options.file);
-  if (options.json) {
+  if (as_json) {
     Json list = Json::array();
     for (const size_t index : best)
       list.push_back(CandidateJson(search, outcome.candidates[index]));
@@ -194,7 +193,8 @@ int Optimise(const OptimiseOptions& options) {
         WriteFile(settings, SettingsOf(ready->search, outcome->candidates[best[picked]]));
     if (!written) return Unusable(written.error().message);
   }
-  Tell(*ready, *outcome, best, picked, best.empty() ? "" : settings, options);
+  Tell(*ready, *outcome, best, picked, best.empty() ? "" : settings, (*store)->path(),
+       options.json);
   if (outcome->stopped) {
     Say("stopped; the same command goes on\n");
     return kNo;
