@@ -28,6 +28,24 @@ set."MTRAN.joint_1.torque" = [1.0, 1.9]
   const run = { cwd: demo.folder, env: demo.environment, stdio: ['ignore', 'ignore', 'inherit'] };
   execFileSync(MORPHBUS, ['sweep', 's.toml'], run);
   execFileSync(MORPHBUS, ['sweep', 'report', 's.toml', '-o', 's.html', '--best', '2'], run);
+  writeFileSync(
+    join(demo.folder, 'o.toml'),
+    `model = "${MODELS}/molecube.m3l"
+program = "${MODELS}/programs/arm.dyn"
+robot = "arm"
+seconds = 2
+maximise = "path_length"
+minimise = "energy"
+subject_to = "path_length > 100 mm"
+population = 12
+generations = 6
+[search.MOLECUBE.swivel]
+speed = {from = 0.2, to = 6}
+torque = {from = 0.5, to = 20, log = true}
+`,
+  );
+  execFileSync(MORPHBUS, ['optimise', 'o.toml'], run);
+  execFileSync(MORPHBUS, ['sweep', 'report', 'o.toml', '-o', 'o.html', '--best', '1'], run);
   browser = await launch();
 });
 
@@ -36,9 +54,9 @@ after(async () => {
   await demo.end();
 });
 
-async function open(size = SIZES[0], theme = 'light') {
+async function open(size = SIZES[0], theme = 'light', file = 's.html') {
   const page = await newPage(browser, size, theme);
-  await page.goto(`file://${join(demo.folder, 's.html')}`);
+  await page.goto(`file://${join(demo.folder, file)}`);
   return page;
 }
 
@@ -103,6 +121,23 @@ describe('the page of a sweep', () => {
     assert.deepEqual(page.problems, []);
     await page.close();
   });
+
+  for (const [size, theme] of [
+    [SIZES[0], 'light'],
+    [SIZES[1], 'dark'],
+  ])
+    test(`of a search it shows how that went, at ${size.width} pixels`, async () => {
+      const page = await open(size, theme, 'o.html');
+      assert.deepEqual((await page.locator('#plots h3').allInnerTexts()).slice(0, 3), [
+        'The most so far: path_length',
+        'The least so far: energy',
+        'Nothing is better than the line in both',
+      ]);
+      for (let chart = 0; chart < 3; chart++) assert.ok((await painted(page, chart)) > 1000, `plot ${chart}`);
+      assert.deepEqual(page.problems, []);
+      await keepShot(page, `search_${size.width}_${theme}`, { fullPage: true });
+      await page.close();
+    });
 
   test('another choice draws another plot', async () => {
     const page = await open();

@@ -17,7 +17,7 @@
 #include "tools/base/share_folder.h"
 #include "tools/sweep/best_rows.h"
 #include "tools/sweep/expectations.h"
-#include "tools/sweep/search_file.h"
+#include "tools/sweep/search.h"
 #include "tools/sweep/sweep_columns.h"
 #include "tools/sweep/sweep_estimate.h"
 
@@ -74,7 +74,8 @@ class SweepPage : private logger::ReportPage {
 
   Result<std::string> Build() {
     if (Result<void> read = ReadAll(); !read) return Fail(read.error().message);
-    const std::string title = "Sweep " + std::filesystem::path(store_.path()).filename().string();
+    const std::string title =
+        (search_ ? "Search " : "Sweep ") + std::filesystem::path(store_.path()).filename().string();
     Begin(title, title);
     html_ += fmt::format("<style>{}</style>", kStyle);
     Summary();
@@ -115,9 +116,8 @@ class SweepPage : private logger::ReportPage {
     const std::string path = origin_.folder + "/sweep.toml";
     const auto tree = source::ParseToml(sources, file, &diagnostics);
     if (tree && IsSearch(*tree)) {
-      if (const auto search = ReadSearchFile(&sources, file, path, origin_.words, &diagnostics)) {
-        TakeGoal(search->goals.front().expression, search->goals.front().smallest);
-      }
+      search_ = ReadSearchFile(&sources, file, path, origin_.words, &diagnostics);
+      if (search_) TakeGoal(search_->goals.front().expression, search_->goals.front().smallest);
     } else if (const auto sweep =
                    ReadSweepFile(&sources, file, path, origin_.words, &diagnostics)) {
       if (sweep->keep.by) TakeGoal(*sweep->keep.by, sweep->keep.smallest);
@@ -151,6 +151,7 @@ class SweepPage : private logger::ReportPage {
 
   /// The columns of the plots.
   Result<void> ReadRows() {
+    // The first time through shows what differs between rows: that is what the columns are.
     Result<void> read = store_.EachRow([&](const StoredRow& row) {
       columns_.Look(row);
       if (!row.result) return true;
@@ -160,6 +161,7 @@ class SweepPage : private logger::ReportPage {
       return true;
     });
     if (!read) return read;
+    // Of very many rows evenly spaced ones are shown.
     const int64_t every = (counts_.rows + kMostShown - 1) / kMostShown;
     if (every > 1) {
       notes_.push_back(fmt::format(
@@ -171,7 +173,13 @@ class SweepPage : private logger::ReportPage {
           best_, [&row](const RankedRow& one) { return one.row.place == row.place; });
       if (row.place % every != 0 && !best) return true;
       // It could be computed when the best rows were sought.
-      columns_.Add(row, ValueIn(row, *by_).value_or(Json()));
+      const Json goal = ValueIn(row, *by_).value_or(Json());
+      // So could these, or the search would have ended.
+      std::vector<Json> goals;
+      for (size_t i = 0; search_ && i < search_->goals.size(); ++i) {
+        goals.push_back(ValueIn(row, search_->goals[i].expression).value_or(Json()));
+      }
+      columns_.Add(row, goal, goals, !search_ || Fulfils(*search_, row).value_or(false));
       return true;
     });
   }
@@ -265,6 +273,12 @@ class SweepPage : private logger::ReportPage {
     Json rows = columns_.TakeJson();
     rows["goal"] = by_->text();
     rows["smallest"] = smallest_;
+    Json goals = Json::array();
+    for (size_t i = 0; search_ && i < search_->goals.size(); ++i) {
+      const SearchGoal& goal = search_->goals[i];
+      goals.push_back({{"text", goal.expression.text()}, {"smallest", goal.smallest}});
+    }
+    rows["search"] = goals;
     rows["rerun"] = fmt::format("morphbus sweep rerun {} ", ShellWord(store_.path()));
     // Nothing in a text ends the element.
     std::string text = JsonText(rows);
@@ -291,6 +305,8 @@ class SweepPage : private logger::ReportPage {
   RowCounts counts_;
   SweepOrigin origin_;
   Totals totals_;
+  /// If the rows are those of a search.
+  std::optional<SearchFile> search_;
   std::optional<FigureExpression> by_;
   bool smallest_ = false;
   std::vector<RankedRow> best_;

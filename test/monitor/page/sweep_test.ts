@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { cellsOf, distinct, effectOf, isNumeric, ordered, seriesOf, valueText, type Series, type Sweep } from '../src/sweep/data.ts';
+import { binned, candidatesOf, cellsOf, distinct, effectOf, frontOf, improvementsOf, isNumeric, ordered, seriesOf, valueText, type Series, type Sweep } from '../src/sweep/data.ts';
 
 const sweep: Sweep = {
   columns: [
@@ -9,13 +9,14 @@ const sweep: Sweep = {
     { name: 'height', kind: 'figure' },
   ],
   rows: [
-    { row: 1, status: 'done', error: '', goal: 3, values: [0.8, 'snake', 1] },
-    { row: 2, status: 'done', error: '', goal: 1, values: [0.4, 'worm', 2] },
-    { row: 3, status: 'failed', error: 'why', goal: null, values: [0.8, 'worm', null] },
-    { row: 4, status: 'done', error: '', goal: 5, values: [0.8, 'snake', 4] },
+    { row: 1, status: 'done', error: '', goal: 3, goals: [], allowed: true, values: [0.8, 'snake', 1] },
+    { row: 2, status: 'done', error: '', goal: 1, goals: [], allowed: true, values: [0.4, 'worm', 2] },
+    { row: 3, status: 'failed', error: 'why', goal: null, goals: [], allowed: true, values: [0.8, 'worm', null] },
+    { row: 4, status: 'done', error: '', goal: 5, goals: [], allowed: true, values: [0.8, 'snake', 4] },
   ],
   goal: 'height + 1',
   smallest: false,
+  search: [],
   rerun: 'morphbus sweep rerun x.db ',
 };
 
@@ -56,4 +57,29 @@ test('rows are sorted, unknown ones last and equal ones as they were', () => {
   assert.deepEqual(ordered(series('height'), [0, 1, 2, 3], false), [0, 1, 3, 2]);
   assert.deepEqual(ordered(series('height'), [0, 1, 2, 3], true), [3, 1, 0, 2]);
   assert.deepEqual(ordered(series('robot'), [3, 2, 1, 0], false), [3, 0, 2, 1]);
+});
+
+test('of a search the improvements are told, and the front, of what its conditions allow', () => {
+  const tried = (goals: (number | null)[], allowed = true) => ({ row: 1, status: 'done', error: '', goal: 0, goals, allowed, values: [] });
+  const search: Sweep = {
+    ...sweep,
+    search: [
+      { text: 'speed', smallest: false },
+      { text: 'energy', smallest: true },
+    ],
+    rows: [tried([1, 5]), tried([9, 1], false), tried([3, 9]), tried([2, 6]), tried([null, 1]), tried([4, 9]), tried([1, 7])],
+  };
+  assert.deepEqual(candidatesOf(search), [0, 2, 3, 5, 6]);
+  assert.deepEqual(improvementsOf(search, 0), [0, 2, 5]);
+  assert.deepEqual(improvementsOf(search, 1), [0]);
+  assert.deepEqual(frontOf(search, [0, 1]), [5, 3, 0]);
+});
+
+test('very many numbers are put together by parts of their range', () => {
+  const few: Series = { name: 'few', input: true, values: [1, 2, null, 2] };
+  assert.equal(binned(few), few);
+  const many: Series = { name: 'many', input: true, values: [...Array(121).keys(), null] };
+  const parts = binned(many);
+  assert.deepEqual(distinct(parts), [5, 15, 25, 35, 45, 55, 65, 75, 85, 95, 105, 115]);
+  assert.deepEqual([0, 9, 10, 120, 121].map((row) => parts.values[row]), [5, 5, 15, 115, null]);
 });

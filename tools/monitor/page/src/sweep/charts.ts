@@ -1,6 +1,6 @@
 /** What the plots of a sweep show, as options of ECharts. */
 
-import { cellsOf, distinct, isNumeric, valueText, type Series } from './data.ts';
+import { binned, cellsOf, distinct, isNumeric, valueText, type Series } from './data.ts';
 
 /** As ECharts takes them. */
 export type Option = Record<string, unknown>;
@@ -12,6 +12,8 @@ export interface Theme {
   line: string;
   card: string;
   accent: string;
+  /** Of what is best. */
+  best: string;
   /** From few to much. */
   ramp: string[];
 }
@@ -20,7 +22,7 @@ export function themeOf(root: Element): Theme {
   const style = getComputedStyle(root);
   const of = (name: string): string => style.getPropertyValue(name).trim();
   const ramp = RAMPS[matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light'];
-  return { text: of('--text'), dim: of('--dim'), line: of('--line'), card: of('--card'), accent: of('--a'), ramp };
+  return { text: of('--text'), dim: of('--dim'), line: of('--line'), card: of('--card'), accent: of('--a'), best: of('--b'), ramp };
 }
 
 /** By brightness, too, for people who do not tell colours apart (viridis); its dark end is lighter on a dark ground. */
@@ -114,8 +116,47 @@ export function scatterOption(
   };
 }
 
-/** A cell for each pair of two inputs' values, coloured by the mean of a figure. */
-export function heatOption([x, y, value]: readonly [Series, Series, Series], rows: readonly number[], theme: Theme): Option {
+/** A point a row of a search, those that its conditions forbid pale, and a line through some of them. */
+export function searchOption(
+  [x, y]: readonly [Series, Series],
+  { allowed, others, line, step }: { allowed: readonly number[]; others: readonly number[]; line: readonly number[]; step: boolean },
+  theme: Theme,
+  describe: Describe,
+): Option {
+  const common = base(theme);
+  const points = (rows: readonly number[]): unknown[] => rows.map((row) => [x.values[row], y.values[row], row]);
+  const symbolSize = allowed.length > 2000 ? 4 : 8;
+  return {
+    ...common,
+    tooltip: {
+      ...(common.tooltip as Option),
+      formatter: (point: { value: number[] }) => describe(point.value[2]),
+    },
+    grid: { left: 64, right: 24, top: 18, bottom: 52 },
+    xAxis: axis(x, theme),
+    yAxis: { ...axis(y, theme), nameGap: 46 },
+    series: [
+      { type: 'scatter', data: points(others), symbolSize, itemStyle: { color: theme.dim, opacity: 0.35 } },
+      { type: 'scatter', data: points(allowed), symbolSize, itemStyle: { color: theme.accent, opacity: 0.6 } },
+      {
+        type: 'line',
+        data: points(line),
+        step: step ? 'end' : false,
+        symbolSize: 9,
+        lineStyle: { color: theme.best, width: 2 },
+        itemStyle: { color: theme.best },
+      },
+    ],
+  };
+}
+
+/** A cell for each pair of two inputs' values, or parts of their ranges, coloured by the mean of a figure. */
+export function heatOption(
+  [across, up, value]: readonly [Series, Series, Series],
+  rows: readonly number[],
+  theme: Theme,
+): Option {
+  const [x, y] = [binned(across), binned(up)];
   const cells = cellsOf(x, y, value, rows);
   const common = base(theme);
   const names = [distinct(x), distinct(y)];

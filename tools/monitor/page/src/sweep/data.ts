@@ -15,8 +15,17 @@ export interface Row {
   error: string;
   /** The value of the expression by which rows are ranked. */
   goal: Value;
+  /** The values of a search's goals, and whether its conditions hold. */
+  goals: Value[];
+  allowed: boolean;
   /** One a column; null for what the row does not have. */
   values: Value[];
+}
+
+/** What a search is for. */
+export interface Goal {
+  text: string;
+  smallest: boolean;
 }
 
 export interface Sweep {
@@ -25,6 +34,8 @@ export interface Sweep {
   /** The text of that expression, and whether the best rows are those in which it is smallest. */
   goal: string;
   smallest: boolean;
+  /** None if the rows are not those of a search. */
+  search: Goal[];
   /** The command that runs a row again, up to the row's number. */
   rerun: string;
 }
@@ -70,6 +81,20 @@ export function distinct(series: Series): Value[] {
 export function valueText(value: Value): string {
   if (typeof value === 'number') return Number.isInteger(value) ? String(value) : String(Number(value.toPrecision(5)));
   return value === null ? '–' : String(value);
+}
+
+/** Values that a map of cells has on an axis at most. */
+const MOST_CELLS = 24;
+const BINS = 12;
+
+/** The series itself, or if it has very many numbers, as those that are drawn or searched for, each one's part of their range, by its middle. */
+export function binned(series: Series): Series {
+  const values = distinct(series);
+  if (!isNumeric(series) || values.length <= MOST_CELLS) return series;
+  const [low, high] = [values[0] as number, values[values.length - 1] as number];
+  const width = (high - low) / BINS;
+  const middle = (value: number): number => low + (Math.min(BINS - 1, Math.floor((value - low) / width)) + 0.5) * width;
+  return { ...series, values: series.values.map((value) => (value === null ? null : middle(value as number))) };
 }
 
 export interface Cell {
@@ -124,4 +149,34 @@ export function ordered(series: Series, rows: readonly number[], descending: boo
     if (a === null || b === null) return Number(a === null) - Number(b === null);
     return descending ? compare(b, a) : compare(a, b);
   });
+}
+
+/** The rows of a search that its conditions allow and that have a value for each goal, in the order in which they were tried. */
+export function candidatesOf(sweep: Sweep): number[] {
+  return sweep.rows.flatMap((row, i) => (row.allowed && row.goals.every((value) => typeof value === 'number') ? [i] : []));
+}
+
+/** Of those rows the ones that were better in a goal than all before them. */
+export function improvementsOf(sweep: Sweep, goal: number): number[] {
+  const sign = sweep.search[goal].smallest ? 1 : -1;
+  let best = Infinity;
+  return candidatesOf(sweep).filter((row) => {
+    const cost = sign * (sweep.rows[row].goals[goal] as number);
+    const better = cost < best;
+    if (better) best = cost;
+    return better;
+  });
+}
+
+/** Of those rows the ones that no other one is better than in two goals, by the first of these; of equal ones the first. */
+export function frontOf(sweep: Sweep, [a, b]: readonly [number, number]): number[] {
+  const cost = (row: number, goal: number): number => (sweep.search[goal].smallest ? 1 : -1) * (sweep.rows[row].goals[goal] as number);
+  let least = Infinity;
+  return candidatesOf(sweep)
+    .sort((p, q) => cost(p, a) - cost(q, a) || cost(p, b) - cost(q, b))
+    .filter((row) => {
+      const better = cost(row, b) < least;
+      if (better) least = cost(row, b);
+      return better;
+    });
 }

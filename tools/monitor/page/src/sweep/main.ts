@@ -1,14 +1,14 @@
 /** The part of a sweep's report that answers to its reader: plots of all rows, and a table to sort. */
 
-import { HeatmapChart, ParallelChart, ScatterChart } from 'echarts/charts';
+import { HeatmapChart, LineChart, ParallelChart, ScatterChart } from 'echarts/charts';
 import { GridComponent, ParallelComponent, TooltipComponent, VisualMapComponent } from 'echarts/components';
 import { init, use, type EChartsType } from 'echarts/core';
 import { CanvasRenderer } from 'echarts/renderers';
 import { element, fill } from '../ui/dom.ts';
-import { escapeText, heatOption, parallelOption, scatterOption, themeOf, type Option } from './charts.ts';
-import { effectOf, isNumeric, ordered, placesOf, seriesOf, valueText, type Series, type Sweep } from './data.ts';
+import { escapeText, heatOption, parallelOption, scatterOption, searchOption, themeOf, type Option } from './charts.ts';
+import { candidatesOf, effectOf, frontOf, improvementsOf, isNumeric, ordered, placesOf, seriesOf, valueText, type Series, type Sweep } from './data.ts';
 
-use([HeatmapChart, ParallelChart, ScatterChart, GridComponent, ParallelComponent, TooltipComponent, VisualMapComponent, CanvasRenderer]);
+use([HeatmapChart, LineChart, ParallelChart, ScatterChart, GridComponent, ParallelComponent, TooltipComponent, VisualMapComponent, CanvasRenderer]);
 
 /** Rows of the table that are made at once, for a browser takes long over thousands. */
 const TABLE_ROWS = 100;
@@ -49,6 +49,7 @@ class Report {
     this.place.append(charts);
     const first = inputs[0] ?? numbers[0];
     if (first && this.done.length > 0) {
+      if (this.sweep.search.length > 0) this.addSearch(charts);
       this.addScatter(charts, first, inputs);
       if (inputs.length >= 2) this.addHeat(charts, inputs, numbers);
       if (this.series.length >= 3) this.addParallel();
@@ -112,6 +113,30 @@ class Report {
       scatterOption([x, y, shade], this.done, themeOf(this.place), (row) => this.describe(row)),
     );
     chart.on('click', (event) => this.point((event.value as number[])[3]));
+  }
+
+  /** How a search went: what it tried and the best so far, and of several goals the front. */
+  private addSearch(parent: Element): void {
+    const goals = this.sweep.search.map((goal, i) => ({
+      name: goal.text,
+      input: false,
+      values: this.sweep.rows.map((row) => row.goals[i]),
+    }));
+    const allowed = candidatesOf(this.sweep);
+    const chosen = new Set(allowed);
+    const others = this.done.filter((row) => !chosen.has(row));
+    const add = (title: string, axes: readonly [Series, Series], line: readonly number[], step: boolean): void => {
+      const chart = this.addChart(parent, title, [], () =>
+        searchOption(axes, { allowed, others, line, step }, themeOf(this.place), (row) => this.describe(row)),
+      );
+      chart.on('click', (event) => this.point((event.value as number[])[2]));
+    };
+    goals.forEach((goal, i) => {
+      const best = this.sweep.search[i].smallest ? 'The least so far' : 'The most so far';
+      add(`${best}: ${goal.name}`, [placesOf(this.sweep), goal], improvementsOf(this.sweep, i), true);
+    });
+    for (let i = 1; i < goals.length; i++)
+      add('Nothing is better than the line in both', [goals[0], goals[i]], frontOf(this.sweep, [0, i]), false);
   }
 
   private addHeat(parent: Element, inputs: readonly Series[], numbers: readonly Series[]): void {
