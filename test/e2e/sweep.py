@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """`morphbus sweep`: the same rows whoever runs them, however often they are disturbed; and what cannot be used is said."""
-import csv
 import json
 import os
 import pathlib
@@ -16,7 +15,8 @@ import sys
 import time
 import unittest
 
-from support import BIN, LIMIT, SOURCE, Case, as_json, await_condition, command, morphbus
+from support import BIN, LIMIT, SOURCE, as_json, await_condition, command, morphbus
+from sweep_case import SweepCase
 
 MODEL = SOURCE / 'models' / 'molecube.m3l'
 PROGRAMS = SOURCE / 'models' / 'programs'
@@ -24,37 +24,6 @@ ARM = f'model = "{MODEL}"\nprogram = "{PROGRAMS}/arm.dyn"\nrobot = "arm"\n'
 SMALL = ARM + 'seconds = 0.2\nfriction = [0.4, 0.8]\nloss = [0, 0.2]\nseeds = [1, 2]\n'
 # A run of this length ends on no machine while a test waits.
 ENDLESS = 1000000
-
-
-class SweepCase(Case):
-    def sweep_file(self, text, name='s'):
-        path = self.folder / f'{name}.toml'
-        path.write_text(text)
-        return path
-
-    def database(self, name='s'):
-        return self.folder / f'{name}.sweep.db'
-
-    def rows(self, database):
-        """What a sweep came to, without what differs from machine to machine."""
-        text = morphbus('sweep', 'export', database, '--to', 'csv').stdout
-        table = list(csv.DictReader(text.splitlines()))
-        for row in table:
-            del row['wall_seconds'], row['host']
-        return table
-
-    def start(self, *arguments, **options):
-        """A sweep that goes on beside the test, and ends with it."""
-        process = subprocess.Popen(command('sweep', *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
-        self.addCleanup(process.communicate)
-        self.addCleanup(process.kill)
-        return process
-
-    def await_done(self, database, count):
-        def enough():
-            done = morphbus('sweep', 'status', database, '--json', status=None)
-            return done.returncode == 0 and json.loads(done.stdout)['done'] >= count
-        await_condition(enough, f'{count} rows are done')
 
 
 def children_of(pid):
@@ -168,11 +137,6 @@ class Rows(SweepCase):
 
 
 class Page(SweepCase):
-    def rows_of(self, page):
-        """The rows that the page's scripts read."""
-        data, = re.findall(r"<script type='application/json' id='rows'>(.*?)</script>", page.read_text(), re.S)
-        return json.loads(data)
-
     def test_it_has_the_best_rows_with_pictures_and_all_rows(self):
         # In a second and with these the arm has gone different ways; of three values of the loss nothing shows.
         file = self.sweep_file(SMALL.replace('0.2\n', '1\n', 1) + '[[expect]]\nsame = "hash"\nover = ["loss", "seed"]\n'
@@ -219,6 +183,37 @@ class Page(SweepCase):
         subprocess.run([program, 'sweep', 'report', file, '-o', page], check=True, timeout=LIMIT)
         self.assertIn('built without Node.js', page.read_text())
         self.assertIn('<h3>Row ', page.read_text())
+
+    def test_pictures_of_another_run_are_not_shown(self):
+        file = self.sweep_file(ARM + 'seconds = 0.02\n')
+        morphbus('sweep', file)
+        self.alter("UPDATE results SET hash = 'of a run that went another way'")
+        page = self.folder / 'page.html'
+        morphbus('sweep', 'report', file, '-o', page)
+        self.assertIn('no pictures: it goes another way here', page.read_text())
+        self.assertNotIn('<img ', page.read_text())
+
+    def test_of_very_many_rows_a_part_is_shown_with_the_best(self):
+        file = self.sweep_file(ARM + 'seconds = [0.02, 0.06]\n')
+        morphbus('sweep', file)
+        # 45,002 rows, as a sweep of that many would have them; of the last one there is more than of the others.
+        self.alter('''WITH RECURSIVE n(i) AS (SELECT 3 UNION ALL SELECT i + 1 FROM n WHERE i < 45001)
+                      INSERT INTO plan SELECT i, key, json_set(point, '$.seed', i) FROM n, plan WHERE place = 1;
+                      INSERT INTO plan SELECT 45002, key, json_set(point, '$.seed', 0) FROM plan WHERE place = 2;
+                      DELETE FROM plan WHERE place = 2''')
+        page = self.folder / 'page.html'
+        morphbus('sweep', 'report', file, '-o', page, '--by', 'ticks', '--best', 1)
+        shown = [row['row'] for row in self.rows_of(page)['rows']]
+        self.assertEqual(shown, [*range(3, 45002, 3), 45002])
+        self.assertIn('one in 3 is shown', page.read_text())
+        self.assertIn('<h3>Row 45002: 3</h3>', page.read_text())
+
+    def test_a_database_of_the_version_before_is_read(self):
+        file = self.sweep_file(ARM + 'seconds = 0.02\n')
+        morphbus('sweep', file)
+        self.alter("DELETE FROM meta WHERE name = 'words'")
+        self.assertTrue(as_json('sweep', 'rerun', file, 1)['same'])
+        morphbus('sweep', 'report', file, '-o', self.folder / 'page.html', '--best', 0)
 
     def test_what_cannot_be_shown_is_said(self):
         file = self.sweep_file(ARM + 'seconds = 0.02\n')

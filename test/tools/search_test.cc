@@ -4,8 +4,7 @@
 
 #include <algorithm>
 
-#include "tools/sweep/search_file.h"
-#include "tools/sweep/search_method.h"
+#include "tools/sweep/search.h"
 
 namespace morphbus::tools {
 namespace {
@@ -101,6 +100,25 @@ TEST(ParetoFrontTest, NobodyInItIsBeaten) {
   EXPECT_TRUE(ParetoFront({}).empty());
 }
 
+TEST(CostsTest, WhatMustNotBeChosenIsWorseThanAllElse) {
+  SearchFile search;
+  ExpressionError none;
+  search.goals.push_back({*FigureExpression::Read("path_length", &none), false});
+  search.goals.push_back({*FigureExpression::Read("energy", &none), true});
+  const SearchCandidate far = {{}, {9.0, 5.0}, 0, 1}, near = {{}, {2.0, 1.0}, 0, 2};
+  const SearchCandidate broken = {{}, {99.0, 0.0}, 1, 3}, more = {{}, {99.0, std::nullopt}, 2, 4};
+  EXPECT_EQ(CostsOf(search, far), (std::vector<double>{-9, 5}));
+  for (size_t goal = 0; goal < 2; ++goal) {
+    EXPECT_GT(CostsOf(search, broken)[goal], CostsOf(search, near)[goal]);
+    EXPECT_GT(CostsOf(search, more)[goal], CostsOf(search, broken)[goal]);
+  }
+  SearchOutcome outcome;
+  outcome.candidates = {broken, far, near, more, far};
+  EXPECT_EQ(outcome.Best(search), (std::vector<size_t>{1, 2}));
+  search.goals.pop_back();
+  EXPECT_EQ(outcome.Best(search), std::vector<size_t>{1});
+}
+
 /// The errors of a file with these lines behind those that every search has.
 std::string ErrorsOf(const std::string& text, const std::vector<std::string>& words = {}) {
   source::SourceSet sources;
@@ -128,6 +146,9 @@ TEST(SearchFileTest, WhatIsWrongHasItsPlace) {
             std::string::npos);
   EXPECT_NE(ErrorsOf(good + "set.a = 4\n" + sought).find("'a' is set, and sought"),
             std::string::npos);
+  EXPECT_NE(ErrorsOf("maximise = 'a * path_lenth'\n" + sought)
+                .find("s.toml:4:17: error: there is no figure 'path_lenth'"),
+            std::string::npos);
   EXPECT_NE(ErrorsOf(good + sought, {"population=3"}).find("expected a whole number, 5 to"),
             std::string::npos);
 }
@@ -137,8 +158,9 @@ TEST(SearchFileTest, KeysOfTheSearchAreItsOwnAndOthersTheSweeps) {
   source::Diagnostics diagnostics;
   const int file = sources.AddText(
       "s.toml",
-      "model = 'm'\nprogram = 'p'\nseconds = 1\nseeds = [1, 2]\nmaximise = 'a'\nminimise = 'b'\n"
-      "of_runs = 'worst'\nsubject_to = 'c > 1'\n[search.MTRAN.joint_1]\ntorque = {from = 1, to "
+      "model = 'm'\nprogram = 'p'\nseconds = 1\nseeds = [1, 2]\nmaximise = 'path_length'\n"
+      "minimise = 'energy'\nof_runs = 'worst'\nsubject_to = 'num_faults < "
+      "seed'\n[search.MTRAN.joint_1]\ntorque = {from = 1, to "
       "= 2, log = true}\n");
   const auto search =
       ReadSearchFile(&sources, file, "folder/s.toml", {"generations=7", "seed=3"}, &diagnostics);

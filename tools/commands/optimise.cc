@@ -34,25 +34,17 @@ struct ReadySearch {
 
 /// Reads the file; nothing after saying what is wrong.
 std::optional<ReadySearch> Prepare(const OptimiseOptions& options) {
-  const Result<std::string> text = ReadFile(options.file, size_t{16} << 20);
-  if (!text) return Refuse(text.error().message);
-  source::SourceSet sources;
-  source::Diagnostics diagnostics;
-  const int file = sources.AddText(options.file, *text);
-  std::optional<SearchFile> search =
-      ReadSearchFile(&sources, file, options.file, options.overrides, &diagnostics);
-  PrintDiagnostics(diagnostics, sources);
+  std::optional<SweepOrigin> origin = OriginOf(options);
+  if (!origin) return std::nullopt;
+  std::optional<SearchFile> search = ReadOrigin(options, *origin, ReadSearchFile);
   if (!search) return std::nullopt;
-  std::error_code unknown;
-  const std::string folder =
-      std::filesystem::absolute(search->sweep.folder.empty() ? "." : search->sweep.folder, unknown)
-          .string();
-  return ReadySearch{std::move(*search), {folder, *text, options.overrides}};
+  return ReadySearch{std::move(*search), std::move(*origin)};
 }
 
 /// --dry-run: how many runs it would be, at most, and about how long.
 int Estimate(const ReadySearch& ready, const OptimiseOptions& options) {
   const SearchFile& search = ready.search;
+  // What one candidate runs, which every other one does as well.
   const std::optional<SweepPlan> one = PlanSweep(search.sweep);
   if (!one) return kUnusable;
   const Result<SweepEstimate> estimate = EstimateOf(*one);
@@ -80,6 +72,7 @@ size_t Knee(const SearchFile& search, const SearchOutcome& outcome,
             const std::vector<size_t>& best) {
   std::vector<double> distance(best.size(), 0.0);
   for (size_t goal = 0; goal < search.goals.size(); ++goal) {
+    // All that may be chosen have a value for every goal.
     std::vector<double> values;
     for (const size_t index : best) values.push_back(*outcome.candidates[index].goals[goal]);
     const auto [low, high] = std::ranges::minmax(values);
@@ -173,6 +166,8 @@ int Optimise(const OptimiseOptions& options) {
   if (options.retry) begun = (*store)->ForgetFailed();
   if (begun) begun = (*store)->SetPlan({}, ready->origin);
   if (!begun) return Failed(begun.error().message);
+  // Where rows cannot be run, that has been said, and its status counts; all else that ends a
+  // search early is up to the file.
   int status = kUnusable;
   const std::optional<SearchOutcome> outcome =
       RunSearch(ready->search, store->get(), [&](int64_t from, const std::string& label) {
@@ -185,6 +180,7 @@ int Optimise(const OptimiseOptions& options) {
   if (options.pick > static_cast<int>(best.size())) {
     return Unusable(fmt::format("--pick: there are {} best candidates", best.size()));
   }
+  // A search that was stopped has a best candidate, too: the best one so far.
   size_t picked = 0;
   if (!best.empty()) {
     picked = options.pick > 0 ? static_cast<size_t>(options.pick - 1)

@@ -37,27 +37,13 @@ std::optional<ReadySweep> Prepare(const SweepOptions& options) {
   if (options.engine != "local") {
     return Refuse(fmt::format("--engine: there is no engine '{}'; there is local", options.engine));
   }
-  const Result<std::string> text = ReadFile(options.file, size_t{16} << 20);
-  if (!text) return Refuse(text.error().message);
-  if (text->starts_with("SQLite format 3")) {
-    return Refuse(
-        fmt::format("{} is the database of a sweep, and not its file: morphbus sweep "
-                    "status {} looks into it",
-                    options.file, ShellWord(options.file)));
-  }
-  source::SourceSet sources;
-  source::Diagnostics diagnostics;
-  const int file = sources.AddText(options.file, *text);
-  std::optional<SweepFile> sweep =
-      ReadSweepFile(&sources, file, options.file, options.overrides, &diagnostics);
-  PrintDiagnostics(diagnostics, sources);
+  std::optional<SweepOrigin> origin = OriginOf(options);
+  if (!origin) return std::nullopt;
+  std::optional<SweepFile> sweep = ReadOrigin(options, *origin, ReadSweepFile);
   if (!sweep) return std::nullopt;
   std::optional<SweepPlan> plan = PlanSweep(*sweep);
   if (!plan) return std::nullopt;
-  std::error_code unknown;
-  const std::string folder =
-      std::filesystem::absolute(sweep->folder.empty() ? "." : sweep->folder, unknown).string();
-  return ReadySweep{std::move(*sweep), std::move(*plan), {folder, *text, options.overrides}};
+  return ReadySweep{std::move(*sweep), std::move(*plan), std::move(*origin)};
 }
 
 /// --dry-run: what it would be.
@@ -277,6 +263,20 @@ int Sweep(const std::vector<std::string>& words) {
 
 std::string DatabaseOf(const std::string& file) {
   return std::filesystem::path(file).replace_extension(".sweep.db").string();
+}
+
+std::optional<SweepOrigin> OriginOf(const SweepOptions& options) {
+  Result<std::string> text = ReadFile(options.file, size_t{16} << 20);
+  if (!text) return Refuse(text.error().message);
+  if (text->starts_with("SQLite format 3")) {
+    return Refuse(
+        fmt::format("{} is the database of a sweep, and not its file: morphbus sweep "
+                    "status {} looks into it",
+                    options.file, ShellWord(options.file)));
+  }
+  std::error_code unknown;
+  const std::filesystem::path path = std::filesystem::absolute(options.file, unknown);
+  return SweepOrigin{path.parent_path().string(), std::move(*text), options.overrides};
 }
 
 std::unique_ptr<SweepStore> OpenNamed(const std::string& name) {

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "compiler/source/diagnostics.h"
+#include "tools/base/messages.h"
 #include "tools/base/options.h"
 #include "tools/sweep/sweep_store.h"
 
@@ -39,6 +41,19 @@ struct SweepOptions {
 
 /// The database of a sweep's file, beside it: walk.toml has walk.sweep.db.
 std::string DatabaseOf(const std::string& file);
+/// What the file says, and where it lies; nothing after saying why it cannot be read.
+std::optional<SweepOrigin> OriginOf(const SweepOptions& options);
+/// The file, understood by `read`: ReadSweepFile or ReadSearchFile. Nothing after saying what is
+/// wrong with it.
+template <typename Read>
+auto ReadOrigin(const SweepOptions& options, const SweepOrigin& origin, const Read& read) {
+  source::SourceSet sources;
+  source::Diagnostics diagnostics;
+  const int number = sources.AddText(options.file, origin.text);
+  auto file = read(&sources, number, options.file, origin.words, &diagnostics);
+  PrintDiagnostics(diagnostics, sources);
+  return file;
+}
 /// The database that the user named, by its own name or that of the sweep's file, opened for
 /// reading. Null after saying why it cannot be used.
 std::unique_ptr<SweepStore> OpenNamed(const std::string& name);

@@ -90,6 +90,8 @@ class Search {
     if (!first) return false;
     SearchMethod method(search_.algorithm, static_cast<int>(search_.goals.size()),
                         search_.seed + static_cast<uint64_t>(start), *first);
+    // Each generation follows from what the ones before it came to, and its candidates run side by
+    // side.
     for (int generation = 1; generation <= search_.generations; ++generation) {
       const std::vector<std::vector<double>> asked = method.Ask();
       std::vector<std::vector<Json>> values;
@@ -99,7 +101,7 @@ class Search {
       if (!tried) return false;
       if (outcome_.stopped) return true;
       std::vector<std::vector<double>> told;
-      for (const SearchCandidate& candidate : *tried) told.push_back(Costs(search_, candidate));
+      for (const SearchCandidate& candidate : *tried) told.push_back(CostsOf(search_, candidate));
       method.Tell(told);
       ++outcome_.generations;
       for (SearchCandidate& one : *tried) outcome_.candidates.push_back(std::move(one));
@@ -153,6 +155,7 @@ class Search {
   /// Runs candidates, each in all rows of the sweep. Without values: as program and model are.
   std::optional<std::vector<SearchCandidate>> Evaluate(
       const std::vector<std::vector<Json>>& candidates, const std::string& label) {
+    // The rows of a candidate stand behind each other, one for each point of the sweep.
     for (const std::vector<Json>& values : candidates) {
       for (RunPoint point : points_) {
         for (size_t i = 0; i < values.size(); ++i) point[search_.sought[i].name] = values[i];
@@ -166,6 +169,8 @@ class Search {
       return Refuse(added.error().message);
     }
     if (!run_rows_(from, label)) return std::nullopt;
+    // A generation that a signal has cut short is none: the next search tries all of it again, and
+    // finds the results that there are.
     outcome_.stopped = CaughtSignal() != 0;
     std::vector<SearchCandidate> evaluated;
     if (outcome_.stopped) return evaluated;
@@ -189,6 +194,7 @@ class Search {
       if (!whole) return Refuse(whole.error().message);
       if (!*whole) ++candidate.broken;
     }
+    // A goal that one of the runs does not have is none of the candidate's.
     for (size_t goal = 0; goal < known.size(); ++goal) {
       candidate.goals.push_back(known[goal].size() < points_.size()
                                     ? std::nullopt
@@ -212,16 +218,8 @@ class Search {
       if (value->is_number()) (*known)[goal].push_back(value->get<double>());
       whole = whole && value->is_number();
     }
-    for (const FigureExpression& condition : search_.conditions) {
-      if (!done) break;
-      const Result<Json> value = ValueIn(row, condition);
-      if (!value) return Fail(value.error().message);
-      if (!value->is_boolean() && !value->is_null()) {
-        return Fail(condition.text() + ": expected what is true or false");
-      }
-      whole = whole && *value == true;
-    }
-    return whole;
+    const Result<bool> fulfils = Fulfils(search_, row);
+    return fulfils ? Result<bool>(whole && *fulfils) : fulfils;
   }
 
   /// What several runs say together.
@@ -234,20 +232,6 @@ class Search {
     return sum / static_cast<double>(values.size());
   }
 
- public:
-  /// A candidate's values as what is to be small.
-  static std::vector<double> Costs(const SearchFile& search, const SearchCandidate& candidate) {
-    std::vector<double> costs;
-    for (size_t goal = 0; goal < search.goals.size(); ++goal) {
-      const double value = candidate.goals[goal].value_or(0);
-      costs.push_back(!candidate.allowed()          ? kForbidden * candidate.broken
-                      : search.goals[goal].smallest ? value
-                                                    : -value);
-    }
-    return costs;
-  }
-
- private:
   const SearchFile& search_;
   SweepStore& store_;
   const RunRows& run_rows_;
@@ -260,13 +244,24 @@ class Search {
 
 }  // namespace
 
+std::vector<double> CostsOf(const SearchFile& search, const SearchCandidate& candidate) {
+  std::vector<double> costs;
+  for (size_t goal = 0; goal < search.goals.size(); ++goal) {
+    const double value = candidate.goals[goal].value_or(0);
+    costs.push_back(!candidate.allowed()          ? kForbidden * candidate.broken
+                    : search.goals[goal].smallest ? value
+                                                  : -value);
+  }
+  return costs;
+}
+
 std::vector<size_t> SearchOutcome::Best(const SearchFile& search) const {
   std::vector<size_t> allowed;
   std::vector<std::vector<double>> costs;
   for (size_t i = 0; i < candidates.size(); ++i) {
     if (!candidates[i].allowed()) continue;
     allowed.push_back(i);
-    costs.push_back(Search::Costs(search, candidates[i]));
+    costs.push_back(CostsOf(search, candidates[i]));
   }
   std::vector<size_t> best;
   if (search.goals.size() == 1 && !costs.empty()) {
@@ -280,6 +275,20 @@ std::vector<size_t> SearchOutcome::Best(const SearchFile& search) const {
 std::optional<SearchOutcome> RunSearch(const SearchFile& search, SweepStore* store,
                                        const RunRows& run_rows) {
   return Search(search, store, run_rows).Run();
+}
+
+Result<bool> Fulfils(const SearchFile& search, const StoredRow& row) {
+  if (!row.result || row.result->status != RowResult::Status::kRan) return false;
+  bool all = true;
+  for (const FigureExpression& condition : search.conditions) {
+    const Result<Json> value = ValueIn(row, condition);
+    if (!value) return Fail(value.error().message);
+    if (!value->is_boolean() && !value->is_null()) {
+      return Fail(condition.text() + ": expected what is true or false");
+    }
+    all = all && *value == true;
+  }
+  return all;
 }
 
 std::string SettingsOf(const SearchFile& search, const SearchCandidate& candidate) {

@@ -27,6 +27,10 @@ struct SearchCandidate {
   [[nodiscard]] bool allowed() const { return broken == 0; }
 };
 
+/// The values of its goals as numbers of which less is better. Those of a candidate that must not
+/// be chosen are larger than all others, and the larger the more of its runs are broken.
+std::vector<double> CostsOf(const SearchFile& search, const SearchCandidate& candidate);
+
 /// What a search has come to so far.
 struct SearchOutcome {
   /// As program and model are without it.
@@ -53,6 +57,9 @@ using RunRows = std::function<bool(int64_t from, const std::string& label)>;
 /// computed.
 std::optional<SearchOutcome> RunSearch(const SearchFile& search, SweepStore* store,
                                        const RunRows& run_rows);
+
+/// Whether a row is done and all conditions hold in it. Fails if one cannot be computed.
+Result<bool> Fulfils(const SearchFile& search, const StoredRow& row);
 
 /// The candidate as a file of settings, which `run --params` takes.
 std::string SettingsOf(const SearchFile& search, const SearchCandidate& candidate);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tools/sweep/axis_reader.h"
+#include "tools/sweep/file_reader.h"
 #include "tools/sweep/sweep_tree.h"
 
 namespace morphbus::tools {
@@ -18,7 +19,7 @@ using source::TomlValue;
 
 /// Keys at the top that a sweep does not have.
 constexpr std::array<std::string_view, 10> kSearchKeys = {
-    "search",     "maximise",    "minimise", "subject_to",  "algorithm",
+    kSearchTable, "maximise",    "minimise", "subject_to",  "algorithm",
     "population", "generations", "restarts", "search_seed", "of_runs"};
 
 bool IsSearchKey(std::string_view key) {
@@ -26,10 +27,9 @@ bool IsSearchKey(std::string_view key) {
 }
 
 /// Reads what a search has beyond its sweep.
-class SearchReader {
+class SearchReader : private FileReader {
  public:
-  SearchReader(int file, source::Diagnostics* diagnostics)
-      : file_(file), diagnostics_(*diagnostics) {}
+  SearchReader(int file, source::Diagnostics* diagnostics) : FileReader(file, diagnostics) {}
 
   void Read(const TomlValue::Table& table) {
     for (const TomlEntry& entry : table) ReadEntry(entry);
@@ -44,13 +44,9 @@ class SearchReader {
   }
 
  private:
-  void Wrong(const source::Span& span, std::string message, std::string hint = "") {
-    diagnostics_.Error(span, std::move(message)).Hint(std::move(hint));
-  }
-
   void ReadEntry(const TomlEntry& entry) {
     const std::string& key = entry.key;
-    if (key == "search") return ReadSought(entry);
+    if (key == kSearchTable) return ReadSought(entry);
     if (key == "maximise" || key == "minimise") return ReadGoals(entry);
     if (key == "subject_to") return ReadConditions(entry);
     if (key == "algorithm") return ReadAlgorithm(entry);
@@ -63,21 +59,13 @@ class SearchReader {
     search_.seed = static_cast<uint64_t>(seed);
   }
 
-  template <typename Number>
-  void ReadWhole(const TomlEntry& entry, int64_t least, int64_t most, Number* number) {
-    const int64_t* value = std::get_if<int64_t>(&entry.value.content);
-    if (value == nullptr || *value < least || *value > most) {
-      return Wrong(entry.value.span, fmt::format("expected a whole number, {} to {}", least, most));
-    }
-    *number = static_cast<Number>(*value);
-  }
-
   /// [search]: settings, each with a range.
   void ReadSought(const TomlEntry& entry) {
     const TomlValue::Table* table = entry.value.table();
     if (table == nullptr || table->empty()) {
       return Wrong(entry.value.span, "expected a table: [search]");
     }
+    // Settings have their whole names already (FlattenSettings).
     for (const TomlEntry& setting : *table) {
       std::optional<SweepAxis> axis =
           ReadAxis(PointName(setting.key), nullptr, setting.value, &diagnostics_);
@@ -93,24 +81,14 @@ class SearchReader {
 
   /// A text, or a list of texts, each an expression.
   std::vector<FigureExpression> ReadExpressions(const TomlValue& value) {
+    constexpr const char* kExample = "gait.forward_m";
     std::vector<FigureExpression> expressions;
     const TomlValue::Array one = {value};
     const TomlValue::Array* list = value.array() != nullptr ? value.array() : &one;
-    if (list->empty()) Wrong(value.span, "expected a text: \"gait.forward_m\"");
+    if (list->empty()) Wrong(value.span, fmt::format("expected a text: \"{}\"", kExample));
     for (const TomlValue& item : *list) {
-      const std::string* text = item.text();
-      if (text == nullptr) {
-        Wrong(item.span, "expected a text: \"gait.forward_m\"");
-        continue;
-      }
-      ExpressionError error;
-      std::optional<FigureExpression> expression = FigureExpression::Read(*text, &error);
-      const size_t begin = std::min(item.span.begin + 1 + error.offset, item.span.end);
-      if (expression) {
-        expressions.push_back(std::move(*expression));
-      } else {
-        Wrong({item.span.file, begin, std::min(begin + 1, item.span.end)}, error.message);
-      }
+      std::optional<FigureExpression> expression = ReadExpression(item, kExample);
+      if (expression) expressions.push_back(std::move(*expression));
     }
     return expressions;
   }
@@ -151,6 +129,7 @@ class SearchReader {
       Wrong(top, "the search does not say what for", "add maximise = \"gait.forward_m\"");
     }
     if (search_.sought.empty()) Wrong(top, "there is nothing to be sought", "add [search]");
+    // Every candidate would say such a setting twice.
     for (const SweepAxis& axis : search_.sought) {
       const auto same = [&axis](const SweepAxis& one) { return one.name == axis.name; };
       if (std::ranges::any_of(search_.sweep.axes, same)) {
@@ -161,12 +140,16 @@ class SearchReader {
       Wrong(top, "a search draws no samples: leave out method and samples");
     }
     const bool one_goal = search_.goals.size() == 1;
+    // Who has named no algorithm gets the one that the goals ask for.
     if (!algorithm_span_) {
       search_.algorithm = one_goal ? SearchAlgorithm::kCmaEs : SearchAlgorithm::kNsga2;
     } else if (!one_goal && search_.algorithm == SearchAlgorithm::kCmaEs) {
       Wrong(*algorithm_span_, "CMA-ES has one goal; \"nsga-2\" may have several");
     }
     CheckPopulation(top);
+    std::vector<SweepAxis> axes = search_.sweep.axes;
+    axes.insert(axes.end(), search_.sought.begin(), search_.sought.end());
+    CheckNames(search_.sweep, axes);
   }
 
   void CheckPopulation(const source::Span& top) {
@@ -181,8 +164,6 @@ class SearchReader {
     }
   }
 
-  int file_;
-  source::Diagnostics& diagnostics_;
   SearchFile search_;
   std::optional<source::Span> algorithm_span_;
 };
@@ -204,7 +185,7 @@ bool LaySearchKey(source::SourceSet* sources, const std::string& text, TomlValue
 }  // namespace
 
 bool IsSearch(const TomlValue::Table& file) {
-  return std::ranges::find(file, "search", &TomlEntry::key) != file.end();
+  return std::ranges::find(file, kSearchTable, &TomlEntry::key) != file.end();
 }
 
 std::optional<SearchFile> ReadSearchFile(source::SourceSet* sources, int file,

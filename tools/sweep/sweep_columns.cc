@@ -50,7 +50,8 @@ void SweepColumns::ChooseColumns() {
   }
 }
 
-void SweepColumns::Add(const StoredRow& row, const Json& goal) {
+void SweepColumns::Add(const StoredRow& row, const Json& goal, const std::vector<Json>& goals,
+                       bool allowed) {
   ChooseColumns();
   const Json figures = FiguresOf(row);
   Json values = Json::array();
@@ -58,10 +59,14 @@ void SweepColumns::Add(const StoredRow& row, const Json& goal) {
     const Json& from = seen_.at(name).input ? row.point : figures;
     values.push_back(Shown(from.value(name, Json())));
   }
+  Json shown = Json::array();
+  for (const Json& one : goals) shown.push_back(Shown(one));
   rows_.push_back({{"row", row.place},
                    {"status", row.result ? StatusText(row.result->status) : "missing"},
                    {"error", row.result ? row.result->error : ""},
                    {"goal", Shown(goal)},
+                   {"goals", std::move(shown)},
+                   {"allowed", allowed},
                    {"values", values}});
 }
 

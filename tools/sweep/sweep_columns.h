@@ -15,11 +15,12 @@ class SweepColumns {
  public:
   /// Looks at a row.
   void Look(const StoredRow& row);
-  /// Adds a row, with the value of the page's goal.
-  void Add(const StoredRow& row, const Json& goal);
+  /// Adds a row, with the value of the page's goal, and if it is one of a search those of the
+  /// search's goals and whether its conditions hold.
+  void Add(const StoredRow& row, const Json& goal, const std::vector<Json>& goals, bool allowed);
   /// {"columns": [{"name", "kind": "input" or "figure"}…], "rows": [{"row", "status", "error",
-  /// "goal", "values": […]}…]}: a value a column, null for what a row does not have, numbers to
-  /// seven digits.
+  /// "goal", "goals": […], "allowed", "values": […]}…]}: a value a column, null for what a row does
+  /// not have, numbers to seven digits.
   [[nodiscard]] Json TakeJson();
 
  private:

@@ -7,7 +7,7 @@
 
 #include "tools/base/messages.h"
 #include "tools/sweep/axis_reader.h"
-#include "tools/sweep/row_run.h"
+#include "tools/sweep/file_reader.h"
 #include "tools/sweep/sweep_tree.h"
 
 namespace morphbus::tools {
@@ -27,10 +27,10 @@ std::vector<std::string> AllKeys() {
 }
 
 /// Reads one file, with what the command line says laid over it.
-class SweepReader {
+class SweepReader : private FileReader {
  public:
   SweepReader(int file, std::string folder, source::Diagnostics* diagnostics)
-      : file_(file), diagnostics_(*diagnostics) {
+      : FileReader(file, diagnostics) {
     sweep_.folder = std::move(folder);
   }
 
@@ -42,10 +42,6 @@ class SweepReader {
   }
 
  private:
-  void Wrong(const source::Span& span, std::string message, std::string hint = "") {
-    diagnostics_.Error(span, std::move(message)).Hint(std::move(hint));
-  }
-
   void ReadEntry(const TomlEntry& entry) {
     const std::string& key = entry.key;
     if (const RunInput* input = FindInput(key))
@@ -59,7 +55,9 @@ class SweepReader {
     if (key == "expect") return ReadExpectations(entry);
     if (key == "keep") return ReadKeep(entry);
     Wrong(entry.key_span, fmt::format("a sweep has no '{}'", key),
-          source::NearestHint(key, AllKeys(), "parameters of the program stand in [set]"));
+          key == kSearchTable
+              ? "this is the file of a search: morphbus optimise runs it"
+              : source::NearestHint(key, AllKeys(), "parameters of the program stand in [set]"));
   }
 
   /// Adds the values that stand behind a name. `input` is null for a setting.
@@ -80,15 +78,6 @@ class SweepReader {
     std::error_code unknown;
     const auto path = std::filesystem::absolute(value->get<std::string>(), unknown);
     if (!unknown && *value != "") *value = path.lexically_normal().string();
-  }
-
-  template <typename Number>
-  void ReadWhole(const TomlEntry& entry, int64_t least, int64_t most, Number* number) {
-    const int64_t* value = std::get_if<int64_t>(&entry.value.content);
-    if (value == nullptr || *value < least || *value > most) {
-      return Wrong(entry.value.span, fmt::format("expected a whole number, {} to {}", least, most));
-    }
-    *number = static_cast<Number>(*value);
   }
 
   void ReadMethod(const TomlEntry& entry) {
@@ -148,25 +137,6 @@ class SweepReader {
           source::NearestHint(entry.key, AllKeys(), "parameters stand in set = {NAME = VALUE}"));
     }
     for (const TomlEntry& setting : *settings) take(PointName(setting.key), nullptr, setting);
-  }
-
-  /// An expression in a text; nothing after saying what is wrong with it.
-  std::optional<FigureExpression> ReadExpression(const TomlValue& value) {
-    const std::string* text = value.text();
-    if (text == nullptr)
-      return diagnostics_.Error(value.span, "expected a text: \"num_faults == 0\"");
-    ExpressionError error;
-    std::optional<FigureExpression> expression = FigureExpression::Read(*text, &error);
-    // Behind the quotation mark; escapes in the text are not counted.
-    const auto span_at = [&value](size_t offset, size_t size) -> source::Span {
-      const size_t begin = std::min(value.span.begin + 1 + offset, value.span.end);
-      return {value.span.file, begin, std::min(begin + size, value.span.end)};
-    };
-    if (!expression) return diagnostics_.Error(span_at(error.offset, 1), error.message);
-    for (const auto& [name, offset] : expression->names()) {
-      named_.emplace_back(name, span_at(offset, name.size()));
-    }
-    return expression;
   }
 
   /// [[expect]]: `that = "…"`, or `same = "…"` with `over = ["seed"]`; and `where = "…"`.
@@ -275,27 +245,9 @@ class SweepReader {
       Wrong(span, fmt::format("the sweep has no axis '{}'", name),
             source::NearestHint(name, names));
     }
-    CheckNames();
+    CheckNames(sweep_, sweep_.axes);
     CheckSamples();
     if (sweep_.runs.empty()) sweep_.runs.push_back(Json::object());
-  }
-  /// Which figures a run has is only known once it has been; misspelt words show before.
-  void CheckNames() {
-    std::vector<std::string> known = FigureGroups();
-    known.insert(known.end(), {"hash", "status", kVariant, kVariants});
-    for (const SweepAxis& axis : sweep_.axes) known.push_back(axis.name);
-    for (const RunPoint& run : sweep_.runs) {
-      for (const auto& [name, value] : run.items()) known.push_back(name);
-    }
-    for (const auto& [name, span] : named_) {
-      const auto is_known = [&name](const std::string& one) {
-        return name == one || name.starts_with(one + ".");
-      };
-      if (std::ranges::any_of(known, is_known)) continue;
-      Wrong(span, fmt::format("there is no figure '{}'", name),
-            source::NearestHint(name.substr(0, name.find('.')), known,
-                                "docs/cli.md, Figures, has those of a run"));
-    }
   }
   /// Ranges, method and number of samples go together, or none of them is there.
   void CheckSamples() {
@@ -322,14 +274,10 @@ class SweepReader {
     return found == sweep_.axes.end() ? nullptr : &*found;
   }
 
-  int file_;
-  source::Diagnostics& diagnostics_;
   SweepFile sweep_;
   source::Span method_span_;
   /// The names behind `over`, with their places.
   std::vector<std::pair<std::string, source::Span>> over_;
-  /// Those in expressions, likewise.
-  std::vector<std::pair<std::string, source::Span>> named_;
 };
 
 }  // namespace

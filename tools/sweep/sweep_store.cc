@@ -241,6 +241,7 @@ Result<void> SweepStore::SetPlan(const SweepPlan& plan, const SweepOrigin& origi
   Result<void> done = Run("BEGIN IMMEDIATE");
   if (!done) return done;
   const std::string words = JsonText(Json(origin.words));
+  // Whoever looks at the database later has what the plan came from, and its rows by their numbers.
   for (const auto& [name, value] : {std::pair("folder", &origin.folder),
                                     std::pair("text", &origin.text), std::pair("words", &words)}) {
     Statement put(db_, "INSERT OR REPLACE INTO meta VALUES(?, ?)");
@@ -255,6 +256,7 @@ Result<void> SweepStore::SetPlan(const SweepPlan& plan, const SweepOrigin& origi
 }
 
 Result<void> SweepStore::Extend(const SweepPlan& more) {
+  // Rows are numbered without gaps, so that their count is the number of the last one.
   const Result<RowCounts> counts = Counts();
   if (!counts) return Fail(counts.error().message);
   Result<void> done = Run("BEGIN IMMEDIATE");
@@ -269,11 +271,13 @@ Result<void> SweepStore::PutRows(const SweepPlan& plan, int64_t number) {
   // What a row takes to run may have been written by another version, or from other paths.
   Statement inputs(db_, "INSERT OR REPLACE INTO inputs VALUES(?, ?, ?)");
   bool failed = false;
+  // Model, program and world are stored once, however many rows name them.
   for (const auto& [hash, bytes] : plan.parts) {
     part.Reset();
     part.Text(hash).Bytes(bytes).Step(&failed);
     if (failed) return Broken("write");
   }
+  // Two rows of equal inputs have one key, and so one set of inputs and one result.
   for (const PlannedRow& row : plan.rows) {
     place.Reset();
     place.Whole(number++).Text(row.key).Text(JsonText(row.point)).Step(&failed);
@@ -293,19 +297,24 @@ Result<void> SweepStore::DropUnused() {
       "DELETE FROM parts WHERE hash NOT IN (SELECT value FROM inputs, json_each(inputs.parts))");
 }
 
-Result<std::string> SweepStore::Meta(const char* name) {
+Result<std::optional<std::string>> SweepStore::Meta(const char* name) {
   Statement statement(db_, "SELECT value FROM meta WHERE name = ?");
   bool failed = false;
-  if (statement.Text(name).Step(&failed)) return statement.TextAt(0);
-  return failed ? Result<std::string>(Broken("read")) : Fail(path_ + " holds no sweep yet");
+  if (statement.Text(name).Step(&failed)) return std::optional(statement.TextAt(0));
+  if (failed) return Broken("read");
+  return std::optional<std::string>();
 }
+
 Result<SweepOrigin> SweepStore::Origin() {
-  Result<std::string> folder = Meta("folder"), text = Meta("text"), words = Meta("words");
+  Result<std::optional<std::string>> folder = Meta("folder"), text = Meta("text"),
+                                     words = Meta("words");
   for (const auto* one : {&folder, &text, &words}) {
     if (!*one) return Fail(one->error().message);
   }
-  SweepOrigin origin = {std::move(*folder), std::move(*text), {}};
-  for (const Json& word : Json::parse(*words, nullptr, false)) {
+  if (!*folder || !*text) return Fail(path_ + " holds no sweep yet");
+  SweepOrigin origin = {std::move(**folder), std::move(**text), {}};
+  // The first versions of these tables had the words in the text, as comments.
+  for (const Json& word : Json::parse(words->value_or("[]"), nullptr, false)) {
     if (word.is_string()) origin.words.push_back(word.get<std::string>());
   }
   return origin;
@@ -371,6 +380,7 @@ Result<RowInputs> SweepStore::InputsOf(const std::string& key) {
                   : Fail(fmt::format("{} lacks the inputs of a row", path_));
   }
   RowInputs inputs;
+  // What is no list of texts, in a database that somebody has altered, names no part.
   const Json parts = Json::parse(statement.TextAt(0), nullptr, false);
   for (const Json& part : parts) {
     if (part.is_string()) inputs.parts.push_back(part.get<std::string>());
@@ -388,6 +398,7 @@ Result<std::string> SweepStore::Part(const std::string& hash) {
 }
 
 Result<std::string> SweepStore::DescriptionOf(const std::string& key) {
+  // A message of protobuf in pieces is the message: the shared parts and what is the row's own.
   Result<RowInputs> inputs = InputsOf(key);
   if (!inputs) return Fail(inputs.error().message);
   std::string bytes;
@@ -414,6 +425,7 @@ Result<void> SweepStore::Add(const std::string& key, const RowResult& result) {
 }
 
 Result<void> SweepStore::ForgetFailed() {
+  // Without a result they are missing, and missing rows are run.
   return Run("DELETE FROM results WHERE status != 'done' AND key IN (SELECT key FROM plan)");
 }
 

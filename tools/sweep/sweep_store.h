@@ -96,7 +96,7 @@ class SweepStore {
   Result<void> Run(const char* sql);
   /// The database's last error as a sentence for people.
   [[nodiscard]] tl::unexpected<Error> Broken(const std::string& doing) const;
-  Result<std::string> Meta(const char* name);
+  Result<std::optional<std::string>> Meta(const char* name);
   /// Adds rows, of which the first one has this number.
   Result<void> PutRows(const SweepPlan& plan, int64_t number);
   Result<void> DropUnused();

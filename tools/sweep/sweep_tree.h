@@ -14,6 +14,9 @@ namespace morphbus::tools {
 inline constexpr std::array<std::string_view, 8> kSweepKeys = {
     "variants", "method", "samples", "sample_seed", "set", "run", "expect", "keep"};
 
+/// The table that makes the file one of a search.
+inline constexpr std::string_view kSearchTable = "search";
+
 /// Gives the settings in [set], [search] and every [[run]] their whole names, as commands have
 /// them: where TOML reads `MTRAN.link.mass = 0.2` as tables in tables, there is one entry
 /// "MTRAN.link.mass" after this.

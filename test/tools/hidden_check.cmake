@@ -1,0 +1,18 @@
+# Fails if an object shows the linker anything but names of Morphbus: pagmo's Eigen would take the place of ours.
+# cmake -D NM=nm -D OBJECT=search_method.o -P hidden_check.cmake
+execute_process(COMMAND ${NM} -g --defined-only ${OBJECT} OUTPUT_VARIABLE lines RESULT_VARIABLE status)
+if(NOT status EQUAL 0)
+  message(FATAL_ERROR "${NM} cannot read ${OBJECT}")
+endif()
+string(REGEX MATCHALL "[^\n]+" lines "${lines}")
+set(shown 0)
+foreach(line IN LISTS lines)
+  string(REGEX REPLACE "^[0-9a-f]* *. " "" name "${line}")
+  if(NOT name MATCHES "8morphbus5tools")
+    message(FATAL_ERROR "${OBJECT} shows ${name}")
+  endif()
+  math(EXPR shown "${shown} + 1")
+endforeach()
+if(shown EQUAL 0)
+  message(FATAL_ERROR "${OBJECT} shows nothing, not even what is ours")
+endif()
