@@ -14,8 +14,9 @@ import unittest
 from support import LIMIT, SOURCE, Case, as_json, command, morphbus
 from sweep_case import SweepCase
 
-MODEL = SOURCE / 'models' / 'molecube.m3l'
-PROGRAMS = SOURCE / 'models' / 'programs'
+MODELS = SOURCE / 'models'
+MODEL = MODELS / 'molecube.m3l'
+PROGRAMS = MODELS / 'programs'
 # How far the arm's middle goes by how strong and how quick its motors are.
 ARM = f'model = "{MODEL}"\nprogram = "{PROGRAMS}/arm.dyn"\nrobot = "arm"\nseconds = 2\n'
 FASTER = ARM + 'maximise = "path_length"\npopulation = 6\ngenerations = 4\n[search.MOLECUBE.swivel]\nspeed = {from = 0.2, to = 6}\n' \
@@ -184,6 +185,20 @@ class Optimise(SweepCase):
             with self.subTest(new):
                 done = morphbus('optimise', self.sweep_file(FASTER.replace(old, new), f'wrong{abs(hash(new))}'), status=2)
                 self.assertRegex(done.stderr.replace('\n', ' '), expected)
+        # Ranges are compared with those of the program before anything runs, and so are folders with what there is.
+        crawl = f'model = "{MODELS}/mtran_robots.m3l"\nprogram = "{PROGRAMS}/crawler.dyn"\nrobot = "crawler"\nseconds = 1\n' \
+            'maximise = "path_length"\ngenerations = 1\n[search]\n'
+        for sought, expected in (('swing = {from = 10, to = 170, whole = true}', 'swing: 170 is out of its range, 0 to 60'),
+                                 ('period = {from = 0.1, to = 6}', 'period: 0.1 is out of its range, 0.5 to 6'),
+                                 ('swing = {from = 10, to = 50}', '(?s)expected an int.*whole = true')):
+            with self.subTest(sought):
+                file = self.sweep_file(crawl + sought, f'range{abs(hash(sought))}')
+                for words in ((), ('--dry-run',)):
+                    self.assertRegex(morphbus('optimise', file, *words, status=2).stderr, expected)
+                self.assertFalse(file.with_suffix('.sweep.db').exists())
+        file = self.sweep_file(FASTER, 'nowhere')
+        self.assertIn('there is no folder', morphbus('optimise', file, '-o', self.folder / 'nowhere' / 'x.toml', status=2).stderr)
+        self.assertFalse(file.with_suffix('.sweep.db').exists())
         # Files of the other kind, and what only looks like a file.
         file = self.sweep_file(FASTER)
         self.assertIn('morphbus optimise runs it', morphbus('sweep', file, status=2).stderr)

@@ -37,7 +37,7 @@ std::optional<ReadySearch> Prepare(const OptimiseOptions& options) {
   std::optional<SweepOrigin> origin = OriginOf(options);
   if (!origin) return std::nullopt;
   std::optional<SearchFile> search = ReadOrigin(options, *origin, ReadSearchFile);
-  if (!search) return std::nullopt;
+  if (!search || !CheckRanges(*search)) return std::nullopt;
   return ReadySearch{std::move(*search), std::move(*origin)};
 }
 
@@ -157,6 +157,12 @@ int Optimise(const OptimiseOptions& options) {
           ? std::filesystem::path(options.file).replace_extension(".best.toml").string()
           : options.settings;
   if (!MayWrite(settings, outputs::kSettings, options.force, {options.file})) return kUnusable;
+  // A search is long: a folder that is not there is told before it, and not after it.
+  const std::filesystem::path folder = std::filesystem::absolute(settings).parent_path();
+  if (!std::filesystem::is_directory(folder)) {
+    return Unusable(
+        fmt::format("cannot write {}: there is no folder {}", settings, folder.string()));
+  }
   Result<std::unique_ptr<SweepStore>> store =
       SweepStore::OpenToWrite(options.output.empty() ? DatabaseOf(options.file) : options.output);
   if (!store) return Unusable(store.error().message);

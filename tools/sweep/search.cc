@@ -244,6 +244,29 @@ class Search {
 
 }  // namespace
 
+bool CheckRanges(const SearchFile& search) {
+  const Result<std::vector<RunPoint>> points = PointsOf(search.sweep);
+  if (!points) {
+    Unusable(points.error().message);
+    return false;
+  }
+  // Which values may be depends on the program and the model, which each point of the sweep names.
+  SweepPlanner planner(search.sweep);
+  for (RunPoint point : *points) {
+    for (const double end : {0.0, 1.0}) {
+      for (const SweepAxis& axis : search.sought) {
+        point[axis.name] = Rounded(axis, ValueAt(axis, end));
+      }
+      if (planner.Add(point)) continue;
+      Unusable(
+          fmt::format("the ends of what is searched cannot run (an int wants whole = true): {}",
+                      PointText(point)));
+      return false;
+    }
+  }
+  return true;
+}
+
 std::vector<double> CostsOf(const SearchFile& search, const SearchCandidate& candidate) {
   std::vector<double> costs;
   for (size_t goal = 0; goal < search.goals.size(); ++goal) {

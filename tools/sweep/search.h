@@ -47,6 +47,10 @@ struct SearchOutcome {
   [[nodiscard]] std::vector<size_t> Best(const SearchFile& search) const;
 };
 
+/// Whether a candidate can run at both ends of all ranges that are searched. False after printing
+/// why not: a range may go beyond that of a parameter, or hold fractions where it wants an int.
+bool CheckRanges(const SearchFile& search);
+
 /// Runs the rows of the store that have no result, from a place on, under a label that says how far
 /// the search is. False after saying why, if they cannot be run.
 using RunRows = std::function<bool(int64_t from, const std::string& label)>;
