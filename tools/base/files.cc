@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "compiler/base/read_file.h"
+#include "tools/base/lines.h"
 #include "tools/base/output_path.h"
 #include "tools/base/print.h"
 
@@ -24,16 +25,6 @@ Result<std::string> ReadFile(const std::string& path, size_t limit) {
 }
 
 namespace {
-
-/// All of `bytes`; false with errno set if not.
-bool WriteAll(int fd, std::span<const uint8_t> bytes) {
-  for (size_t done = 0; done < bytes.size();) {
-    const ssize_t n = write(fd, bytes.data() + done, bytes.size() - done);
-    if (n < 0 && errno != EINTR) return false;
-    if (n > 0) done += static_cast<size_t>(n);
-  }
-  return true;
-}
 
 /// The error of all that writes: the path as the user wrote it, and the reason of the system.
 tl::unexpected<Error> CannotWrite(const std::string& path, int reason) {
@@ -112,11 +103,12 @@ Result<void> OutputFile::Write(std::string_view text) {
 }
 
 Result<void> OutputFile::Flush() {
+  const std::string_view text(reinterpret_cast<const char*>(buffer_.data()), buffer_.size());
   int reason = 0;
   if (kind_ == Kind::kStdout) {
-    PrintText({reinterpret_cast<const char*>(buffer_.data()), buffer_.size()});
+    PrintText(text);
     reason = FlushResult();
-  } else if (!WriteAll(fd_, buffer_)) {
+  } else if (!WriteWhole(fd_, text)) {
     reason = errno;
   }
   buffer_.clear();

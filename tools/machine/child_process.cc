@@ -40,6 +40,9 @@ namespace {
     dup2(null, STDOUT_FILENO);
     dup2(null, STDERR_FILENO);
   }
+  if (options.input >= 0) dup2(options.input, STDIN_FILENO);
+  if (options.output >= 0) dup2(options.output, STDOUT_FILENO);
+  if (options.errors >= 0) dup2(options.errors, STDERR_FILENO);
   // execv returns only if it fails; the reason then goes to the parent through the pipe.
   execv(argv[0], argv);
   const int reason = errno;

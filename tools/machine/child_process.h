@@ -26,6 +26,8 @@ class ChildProcess {
     /// Stay open in the child under the same numbers.
     std::vector<int> inherited_fds = {};
     bool quiet = false;  ///< Its stdout and stderr go to nowhere.
+    /// What becomes its stdin, stdout and stderr; -1: ours. The caller closes its own copies.
+    int input = -1, output = -1, errors = -1;
   };
 
   /// Starts the program in a process group of its own, so that Ctrl-C reaches only us.
