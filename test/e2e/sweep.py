@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """`morphbus sweep`: the same rows whoever runs them, however often they are disturbed; and what cannot be used is said."""
+import csv
 import json
 import os
 import pathlib
