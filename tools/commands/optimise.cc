@@ -33,11 +33,12 @@ struct ReadySearch {
 };
 
 /// Reads the file; nothing after saying what is wrong.
-std::optional<ReadySearch> Prepare(const OptimiseOptions& options) {
-  std::optional<SweepOrigin> origin = OriginOf(options);
+std::optional<ReadySearch> Prepare(OptimiseOptions* options) {
+  std::optional<SweepOrigin> origin = OriginOf(*options);
   if (!origin) return std::nullopt;
-  std::optional<SearchFile> search = ReadOrigin(options, *origin, ReadSearchFile);
+  std::optional<SearchFile> search = ReadOrigin(*options, *origin, ReadSearchFile);
   if (!search || !CheckRanges(*search)) return std::nullopt;
+  if (!ChooseEngine(search->sweep.engine, options)) return std::nullopt;
   return ReadySearch{std::move(*search), std::move(*origin)};
 }
 
@@ -52,17 +53,17 @@ int Estimate(const ReadySearch& ready, const OptimiseOptions& options) {
   const int64_t candidates =
       int64_t{search.population} * search.generations * (search.restarts + 1);
   const auto runs = static_cast<int64_t>(one->rows.size()) * (candidates + 1);
-  const double seconds =
-      estimate->run_seconds * static_cast<double>(candidates + 1) / JobsOf(options);
+  const double seconds = estimate->run_seconds * static_cast<double>(candidates + 1);
+  const int jobs = options.engines.kind == EngineKind::kLocal ? JobsOf(options) : 1;
   if (options.json) {
     PrintJson({{"candidates", candidates},
                {"rows", runs},
-               {"jobs", JobsOf(options)},
-               {"wall_seconds", seconds}});
+               {"jobs", jobs},
+               {"wall_seconds", seconds / jobs}});
     return kDone;
   }
-  Print("{}, {} in all\nabout {} with {}\n", Counted(candidates, "candidate"), Counted(runs, "run"),
-        DurationText(seconds), Counted(JobsOf(options), "process", "processes"));
+  Print("{}, {} in all\nabout {}\n", Counted(candidates, "candidate"), Counted(runs, "run"),
+        EstimateText(seconds, options));
   return kDone;
 }
 
@@ -148,8 +149,8 @@ void Tell(const ReadySearch& ready, const SearchOutcome& outcome, const std::vec
 }
 
 /// morphbus optimise FILE.
-int Optimise(const OptimiseOptions& options) {
-  const std::optional<ReadySearch> ready = Prepare(options);
+int Optimise(OptimiseOptions options) {
+  const std::optional<ReadySearch> ready = Prepare(&options);
   if (!ready) return kUnusable;
   if (options.dry_run) return Estimate(*ready, options);
   const std::string settings =
@@ -221,7 +222,7 @@ void AddOptimise(CommandLine* line) {
   sub.Add("--pick", &options->pick,
           "Which of several best candidates is written (default: the most even one)")
       .Range(1, 1'000'000);
-  AddJobs(&sub, options.get());
+  AddEngine(&sub, options.get());
   sub.Flag("--retry", &options->retry, "Also run those again that failed");
   sub.Force(&options->force);
   sub.Json(&options->json);

@@ -3,11 +3,12 @@
 #include "tools/commands/sweep.h"
 
 #include <fmt/format.h>
-#include <sched.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
-#include <thread>
 
 #include "compiler/base/text.h"
 #include "compiler/base/version.h"
@@ -15,6 +16,7 @@
 #include "tools/commands/commands.h"
 #include "tools/launch/launcher_link.h"
 #include "tools/sweep/expectations.h"
+#include "tools/sweep/local_engine.h"
 #include "tools/sweep/sweep_estimate.h"
 #include "tools/sweep/sweep_rows.h"
 
@@ -33,14 +35,11 @@ struct ReadySweep {
 };
 
 /// Reads and plans; nothing after saying what is wrong.
-std::optional<ReadySweep> Prepare(const SweepOptions& options) {
-  if (options.engine != "local") {
-    return Refuse(fmt::format("--engine: there is no engine '{}'; there is local", options.engine));
-  }
-  std::optional<SweepOrigin> origin = OriginOf(options);
+std::optional<ReadySweep> Prepare(SweepOptions* options) {
+  std::optional<SweepOrigin> origin = OriginOf(*options);
   if (!origin) return std::nullopt;
-  std::optional<SweepFile> sweep = ReadOrigin(options, *origin, ReadSweepFile);
-  if (!sweep) return std::nullopt;
+  std::optional<SweepFile> sweep = ReadOrigin(*options, *origin, ReadSweepFile);
+  if (!sweep || !ChooseEngine(sweep->engine, options)) return std::nullopt;
   std::optional<SweepPlan> plan = PlanSweep(*sweep);
   if (!plan) return std::nullopt;
   return ReadySweep{std::move(*sweep), std::move(*plan), std::move(*origin)};
@@ -50,7 +49,8 @@ std::optional<ReadySweep> Prepare(const SweepOptions& options) {
 int Estimate(const ReadySweep& sweep, const SweepOptions& options) {
   const Result<SweepEstimate> estimate = EstimateOf(sweep.plan);
   if (!estimate) return Failed(estimate.error().message);
-  const double seconds = estimate->run_seconds / JobsOf(options);
+  const bool here = options.engines.kind == EngineKind::kLocal;
+  const int jobs = here ? JobsOf(options) : 1;
   // Axes with one value are no axes to a reader.
   Json axes = Json::object();
   std::vector<std::string> texts;
@@ -66,8 +66,8 @@ int Estimate(const ReadySweep& sweep, const SweepOptions& options) {
     PrintJson({{"rows", sweep.plan.rows.size()},
                {"runs", estimate->runs},
                {"axes", axes},
-               {"jobs", JobsOf(options)},
-               {"wall_seconds", seconds},
+               {"jobs", jobs},
+               {"wall_seconds", estimate->run_seconds / jobs},
                {"bytes", estimate->bytes}});
     return kDone;
   }
@@ -76,8 +76,7 @@ int Estimate(const ReadySweep& sweep, const SweepOptions& options) {
             ? ""
             : fmt::format(", of which {} differ", estimate->runs),
         fmt::join(texts, ""));
-  Print("about {} with {}, and {:.1f} MB\n", DurationText(seconds),
-        Counted(JobsOf(options), "process", "processes"),
+  Print("about {}, and {:.1f} MB\n", EstimateText(estimate->run_seconds, options),
         static_cast<double>(estimate->bytes) / 1e6);
   return kDone;
 }
@@ -96,8 +95,8 @@ int KeepLogs(const SweepFile& file, SweepStore* store, const SweepOptions& optio
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return Failed(fmt::format("cannot make {}: {}", folder.string(), error.message()));
-  if (const Result<void> run = RunLocally({JobsOf(options), options.timeout}, &rows); !run) {
-    return Failed(run.error().message);
+  if (const EngineResult run = RunAgain(&rows, *store, options, true); !run) {
+    return run.error().unusable ? Unusable(run.error().message) : Failed(run.error().message);
   }
   for (const RowRepeat& repeat : rows.Repeats()) {
     // A run that crashes leaves no log that is whole.
@@ -178,6 +177,8 @@ int Report(const ReadySweep& sweep, SweepStore* store, const SweepOptions& optio
     for (const ExpectationResult& one : *expectations) PrintExpectation(one, sweep.file.folder);
     for (const std::string& log : logs) Print("  log {}\n", log);
   }
+  // Who has left a batch system to it has what was asked for.
+  if (!whole && options.detach && CaughtSignal() == 0) return kDone;
   if (!whole) {
     Say("stopped; {} left, with which the same command goes on\n",
         Counted(counts->missing(), "row"));
@@ -193,9 +194,12 @@ int Report(const ReadySweep& sweep, SweepStore* store, const SweepOptions& optio
 }
 
 /// morphbus sweep FILE.
-int RunSweep(const SweepOptions& options) {
-  const std::optional<ReadySweep> sweep = Prepare(options);
+int RunSweep(SweepOptions options) {
+  const std::optional<ReadySweep> sweep = Prepare(&options);
   if (!sweep) return kUnusable;
+  if (options.detach && options.engines.kind != EngineKind::kSlurm) {
+    return Unusable("--detach: only Slurm goes on by itself");
+  }
   if (options.dry_run) return Estimate(*sweep, options);
   const std::string path = options.output.empty() ? DatabaseOf(options.file) : options.output;
   Result<std::unique_ptr<SweepStore>> store = SweepStore::OpenToWrite(path);
@@ -208,8 +212,9 @@ int RunSweep(const SweepOptions& options) {
   const WallTimer timer;
   if (const int status = RunMissing(store->get(), options); status != kDone) return status;
   std::vector<std::string> logs;
-  const int kept =
-      CaughtSignal() == 0 ? KeepLogs(sweep->file, store->get(), options, &logs) : kDone;
+  const int kept = CaughtSignal() == 0 && !options.detach
+                       ? KeepLogs(sweep->file, store->get(), options, &logs)
+                       : kDone;
   if (kept != kDone) return kept;
   return Report(*sweep, store->get(), options, logs, timer.seconds());
 }
@@ -223,8 +228,9 @@ void AddSweepRun(CommandLine* line) {
   sub.Flag("--dry-run", &options->dry_run,
            "Only say how many runs it is, about how long and how large");
   sub.Add("-o,--output", &options->output, "The database (default: FILE.sweep.db beside the file)");
-  sub.Add("--engine", &options->engine, "Where it runs: local (default)");
-  AddJobs(&sub, options.get());
+  AddEngine(&sub, options.get());
+  sub.Flag("--detach", &options->detach,
+           "Leave once Slurm has the rows; the same command takes their results in");
   sub.Flag("--retry", &options->retry, "Also run those again that failed");
   sub.Json(&options->json);
   sub.Footer(
@@ -232,7 +238,8 @@ void AddSweepRun(CommandLine* line) {
       "failed.\n"
       "Examples:\n"
       "  morphbus sweep walk.toml --dry-run\n"
-      "  morphbus sweep walk.toml seed=1..20:1 --jobs 4");
+      "  morphbus sweep walk.toml seed=1..20:1 --jobs 4\n"
+      "  morphbus sweep walk.toml --engine slurm --detach");
   sub.Do([options] { return RunSweep(*options); });
 }
 
@@ -298,28 +305,69 @@ int RunMissing(SweepStore* store, const SweepOptions& options, int64_t from,
   Result<std::unique_ptr<MissingRows>> rows = MissingRows::Of(store, from);
   if (!rows) return Unusable(rows.error().message);
   (*rows)->set_label(label);
-  const Result<void> run = RunLocally({JobsOf(options), options.timeout}, rows->get());
-  const Result<void> finished = (*rows)->Finish();
-  if (run && finished) return kDone;
-  return Failed(
-      fmt::format("{}; what was written before is whole, and the same command goes on there",
-                  (run ? finished : run).error().message));
+  const EngineResult run =
+      RunByEngine({options.engines, options.jobs, options.timeout,
+                   std::filesystem::path(store->path()).replace_extension(".jobs").string(), false,
+                   options.detach},
+                  rows->get());
+  const Result<void> settled = (*rows)->Settle();
+  if (run && settled) return kDone;
+  const std::string why = run ? settled.error().message : run.error().message;
+  const std::string message =
+      fmt::format("{}{} what was written before is whole, and the same command goes on there", why,
+                  why.find('\n') == std::string::npos ? ";" : "\n ");
+  return !run && run.error().unusable ? Unusable(message) : Failed(message);
 }
 
-void AddJobs(Subcommand* sub, SweepOptions* options) {
-  sub->Add("-j,--jobs", &options->jobs, "Processes (default: one a processor)").Range(1, 1024);
+EngineResult RunAgain(RowSource* rows, const SweepStore& store, const SweepOptions& options,
+                      bool logs) {
+  EngineOptions engine = {options.engines, options.jobs, options.timeout, "", true, false};
+  if (logs && engine.settings.kind == EngineKind::kSsh) engine.settings.kind = EngineKind::kLocal;
+  if (engine.settings.kind == EngineKind::kSlurm) {
+    // Two of these may be under way, and neither is to take the other's results.
+    engine.folder = std::filesystem::path(store.path()).replace_extension(".jobs.XXXXXX").string();
+    if (mkdtemp(engine.folder.data()) == nullptr) {
+      return Fail(fmt::format("cannot make {}: {}", engine.folder, std::strerror(errno)));
+    }
+  }
+  return RunByEngine(engine, rows);
+}
+
+void AddEngine(Subcommand* sub, SweepOptions* options) {
+  sub->Add("--engine", &options->engine,
+           "Where rows run: local, slurm or ssh (default: as the file says, or here)");
+  sub->Add("-j,--jobs", &options->jobs,
+           "Rows at a time: here, in a task of Slurm or on a host (default: one a processor, or as "
+           "the file says)")
+      .Range(1, 1024);
   sub->Add("--timeout", &options->timeout,
            "Wall time that a run may take (default: 60 s and 20 times its own)")
       .Seconds();
 }
 
+bool ChooseEngine(const EngineSettings& engines, SweepOptions* options) {
+  options->engines = engines;
+  if (options->engine.empty()) return true;
+  const std::optional<EngineKind> kind = EngineOfName(options->engine);
+  if (kind) {
+    options->engines.kind = *kind;
+    return true;
+  }
+  Unusable(fmt::format("--engine: there is no engine '{}'{}; there are {}", options->engine,
+                       DidYouMean(options->engine, EngineNames()), NameSome(EngineNames())));
+  return false;
+}
+
 int JobsOf(const SweepOptions& options) {
-  if (options.jobs > 0) return options.jobs;
-  // Those that this process may use, which in a container or job are fewer than the machine has.
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  if (sched_getaffinity(0, sizeof set, &set) == 0) return std::max(1, CPU_COUNT(&set));
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return options.jobs > 0 ? options.jobs : ProcessorCount();
+}
+
+std::string EstimateText(double run_seconds, const SweepOptions& options) {
+  if (options.engines.kind != EngineKind::kLocal) {
+    return DurationText(run_seconds) + " of one processor's time";
+  }
+  return fmt::format("{} with {}", DurationText(run_seconds / JobsOf(options)),
+                     Counted(JobsOf(options), "process", "processes"));
 }
 
 void AddSweep(CommandLine* line) {

@@ -9,6 +9,7 @@
 #include "compiler/source/diagnostics.h"
 #include "tools/base/messages.h"
 #include "tools/base/options.h"
+#include "tools/sweep/engine.h"
 #include "tools/sweep/sweep_store.h"
 
 namespace morphbus::tools {
@@ -20,8 +21,12 @@ struct SweepOptions {
   /// NAME=VALUES, over what the file says.
   std::vector<std::string> overrides;
   std::string output;
-  std::string engine = "local";
-  int jobs = 0;  ///< 0: as many as the machine has processors.
+  /// Which engine runs the rows; empty: as the file says.
+  std::string engine;
+  /// What the file says of engines.
+  EngineSettings engines;
+  bool detach = false;
+  int jobs = 0;  ///< Rows at a time; 0: as the engine chooses.
   double timeout = 0;
   bool dry_run = false;
   bool retry = false;
@@ -37,6 +42,7 @@ struct SweepOptions {
   bool smallest = false;
   int best = 5;
   int fd = -1;
+  std::string chunk;
 };
 
 /// The database of a sweep's file, beside it: walk.toml has walk.sweep.db.
@@ -59,11 +65,19 @@ auto ReadOrigin(const SweepOptions& options, const SweepOrigin& origin, const Re
 std::unique_ptr<SweepStore> OpenNamed(const std::string& name);
 /// How many rows are in which state, as every command's --json says it first.
 Json CountsJson(const std::string& database, const RowCounts& counts);
-/// Adds the options of those that run rows: --jobs and --timeout.
-void AddJobs(Subcommand* sub, SweepOptions* options);
-/// How many processes run: those that were asked for, or one a processor.
+/// Adds the options of those that run rows: --engine, --jobs and --timeout.
+void AddEngine(Subcommand* sub, SweepOptions* options);
+/// Takes the engines of a file into the options. False after saying so if --engine names none.
+bool ChooseEngine(const EngineSettings& engines, SweepOptions* options);
+/// How many rows run at a time on this machine: as many as were asked for, or one a processor.
 int JobsOf(const SweepOptions& options);
+/// "3.1 h with 8 processes", or, of an engine that is elsewhere, "3.1 h of one processor's time".
+std::string EstimateText(double run_seconds, const SweepOptions& options);
 
+/// Runs rows of a store once more, by the engine of the options. Rows whose logs are kept, for
+/// which `logs` stands, need a folder that this machine has: ssh leaves them to it.
+EngineResult RunAgain(RowSource* rows, const SweepStore& store, const SweepOptions& options,
+                      bool logs = false);
 /// Runs the rows that have no result, from a place on; `label` stands before the progress. Says
 /// what goes wrong, and returns the exit status of that.
 int RunMissing(SweepStore* store, const SweepOptions& options, int64_t from = 1,

@@ -2,6 +2,7 @@
 // sweep, or runs some of them again; and the processes that run them.
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 
@@ -12,6 +13,8 @@
 #include "tools/commands/commands.h"
 #include "tools/commands/sweep.h"
 #include "tools/launch/launcher_link.h"
+#include "tools/sweep/chunk_file.h"
+#include "tools/sweep/chunk_stream.h"
 #include "tools/sweep/sweep_export.h"
 #include "tools/sweep/sweep_page.h"
 #include "tools/sweep/sweep_rows.h"
@@ -133,9 +136,15 @@ int Rerun(const SweepOptions& options) {
 }
 
 /// Runs a share of the rows again, and names those that come to something else.
-int Verify(const SweepOptions& options) {
+int Verify(SweepOptions options) {
   const std::unique_ptr<SweepStore> store = OpenNamed(options.file);
   if (!store) return kUnusable;
+  // The engines are those of the file of which the database was made.
+  const Result<SweepOrigin> origin = store->Origin();
+  if (!origin) return Unusable(origin.error().message);
+  if (!ChooseEngine(EngineOfText(origin->text).value_or(EngineSettings()), &options)) {
+    return kUnusable;
+  }
   CatchSignals();
   RepeatedRows rows(store.get());
   if (const Result<void> added = AddSample(store.get(), options.sample, options.seed, &rows);
@@ -143,8 +152,8 @@ int Verify(const SweepOptions& options) {
     return Unusable(added.error().message);
   }
   if (rows.rows() == 0) return Unusable(fmt::format("{} has no row that is done", store->path()));
-  if (const Result<void> run = RunLocally({JobsOf(options), options.timeout}, &rows); !run) {
-    return Failed(run.error().message);
+  if (const EngineResult run = RunAgain(&rows, *store, options); !run) {
+    return run.error().unusable ? Unusable(run.error().message) : Failed(run.error().message);
   }
   // Of a run that a signal cut short only those rows are told that were run.
   Json differ = Json::array();
@@ -235,13 +244,28 @@ Query AddQuery(CommandLine* line, const char* name, const char* what) {
       .Required();
   return query;
 }
-/// The processes of a sweep, which nobody starts by hand.
+/// What the engines start: runs rows that come over a socket, as a stream, or in a file.
+int Worker(const SweepOptions& options) {
+  if (options.fd >= 0) return ServeRows(options.fd);
+  const LocalOptions local = {JobsOf(options), options.timeout};
+  CatchSignals();
+  if (options.chunk.empty()) {
+    const Result<void> served = ServeStream(STDIN_FILENO, STDOUT_FILENO, local);
+    return served ? kDone : Unusable(served.error().message);
+  }
+  if (options.output.empty()) return Unusable("--output: a chunk needs a file for its results");
+  return ServeChunkFile(options.chunk, options.output, local);
+}
 void AddWorker(CommandLine* line) {
-  Subcommand sub = line->Add("worker", "Run the rows that come over a socket");
+  Subcommand sub = line->Add("worker", "Run rows for a sweep: from stdin, or those of a chunk");
   sub.Hidden();
   auto options = std::make_shared<SweepOptions>();
-  sub.Add("--fd", &options->fd, "The socket").Required();
-  sub.Do([options] { return ServeRows(options->fd); });
+  sub.Add("CHUNK", &options->chunk, "A file of rows (default: they come on stdin)");
+  sub.Add("--fd", &options->fd, "A socket on which they come, one at a time");
+  sub.Add("-o,--output", &options->output, "Where the results of a chunk's rows are appended");
+  sub.Add("-j,--jobs", &options->jobs, "Rows at a time (default: one a processor)").Range(1, 65536);
+  sub.Add("--timeout", &options->timeout, "Wall time that a run may take").Seconds();
+  sub.Do([options] { return Worker(*options); });
 }
 
 }  // namespace
@@ -273,7 +297,7 @@ void AddSweepQueries(CommandLine* line) {
       AddQuery(line, "verify", "Run a share of the rows again, which must come to the same hashes");
   verify.sub.Add("--sample", &verify.options->sample, "The share (default: 5%)").Fraction();
   verify.sub.Seed(&verify.options->seed, "Seed by which rows are drawn (default 1)");
-  AddJobs(&verify.sub, verify.options.get());
+  AddEngine(&verify.sub, verify.options.get());
   verify.sub.Json(&verify.options->json);
   verify.sub.Footer(
       "Exit status 1: rows differ.\nExample:\n  morphbus sweep verify walk.toml --sample 10%");

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <sched.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -10,9 +11,12 @@
 #include <csignal>
 #include <cstring>
 #include <memory>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "tools/base/descriptor.h"
+#include "tools/base/lines.h"
 #include "tools/base/messages.h"
 #include "tools/machine/child_process.h"
 #include "tools/machine/wall_clock.h"
@@ -22,36 +26,6 @@ namespace {
 
 /// How often the engine looks at clocks and signals, milliseconds.
 constexpr int kLookMs = 100;
-
-/// Writes all of it. False if the other end is gone.
-bool SendAll(int fd, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t sent = send(fd, text.data(), text.size(), MSG_NOSIGNAL);
-    if (sent < 0 && errno == EINTR) continue;
-    if (sent <= 0) return false;
-    text.remove_prefix(static_cast<size_t>(sent));
-  }
-  return true;
-}
-
-/// Appends what can be read. False at the end.
-bool ReceiveSome(int fd, std::string* buffer) {
-  char block[65536];
-  ssize_t got = 0;
-  do got = recv(fd, block, sizeof block, 0);
-  while (got < 0 && errno == EINTR);
-  if (got > 0) buffer->append(block, static_cast<size_t>(got));
-  return got > 0;
-}
-
-/// Takes a whole line off the front of the buffer, without its line feed.
-std::optional<std::string> TakeLine(std::string* buffer) {
-  const size_t end = buffer->find('\n');
-  if (end == std::string::npos) return std::nullopt;
-  std::string line = buffer->substr(0, end);
-  buffer->erase(0, end + 1);
-  return line;
-}
 
 /// A process, and the row that it runs.
 class Worker {
@@ -69,24 +43,16 @@ class Worker {
     options.quiet = true;
     Result<ChildProcess> process = ChildProcess::Start(options);
     if (!process) return Fail(process.error().message);
-    std::unique_ptr<Worker> worker(new Worker(std::move(ours), std::move(*process)));
-    SendAll(worker->fd(), ChunkLine());
-    return worker;
+    return std::unique_ptr<Worker>(new Worker(std::move(ours), std::move(*process)));
   }
 
   /// Hands a row over, with those of its parts that the process does not have.
   Result<void> Give(RowTask task, double limit_s, RowSource* source) {
-    std::string text;
-    for (const std::string& hash : task.inputs.parts) {
-      if (std::ranges::find(parts_, hash) != parts_.end()) continue;
-      const Result<std::string> bytes = source->Part(hash);
-      if (!bytes) return Fail(bytes.error().message);
-      text += PartLine(hash, *bytes);
-    }
-    // The process keeps those of the last row alone.
-    parts_ = task.inputs.parts;
+    const Result<std::string> lines =
+        writer_.LinesOf(task, [source](const std::string& hash) { return source->Part(hash); });
+    if (!lines) return Fail(lines.error().message);
     // One that is gone shows by its end of the socket.
-    SendAll(fd(), text + RowLine(task));
+    WriteWhole(fd(), *lines);
     task_ = std::move(task);
     limit_s_ = limit_s;
     timer_ = std::make_unique<WakingTimer>();
@@ -96,7 +62,7 @@ class Worker {
   /// Reads what came. True if the row's result is there, which `result` then gets; `gone` if the
   /// process has closed its end.
   bool Receive(RowResult* result, bool* gone) {
-    *gone = !ReceiveSome(fd(), &buffer_);
+    *gone = !ReadSome(fd(), &buffer_);
     const std::optional<std::string> line = TakeLine(&buffer_);
     if (!line) return false;
     Result<PlacedResult> read = ReadResult(*line);
@@ -126,7 +92,7 @@ class Worker {
   ChildProcess process_;
   std::string buffer_;
   std::optional<RowTask> task_;
-  std::vector<std::string> parts_;
+  ChunkWriter writer_;
   double limit_s_ = 0;
   std::unique_ptr<WakingTimer> timer_;
 };
@@ -138,15 +104,21 @@ class LocalEngine {
       : options_(options), source_(*source) {}
 
   Result<void> Run() {
-    for (int i = 0; i < options_.jobs && !drained_; ++i) {
-      if (Result<void> begun = Begin(nullptr); !begun) return begun;
-    }
-    while (!workers_.empty() && source_.GoOn()) {
+    if (Result<void> filled = Fill(); !filled) return filled;
+    const bool final = source_.arrivals() < 0;
+    while ((!final || !workers_.empty()) && source_.GoOn()) {
+      // Rows that have arrived begin where a process is free.
+      if (!final) {
+        if (Result<void> filled = Fill(); !filled) return filled;
+      }
       std::vector<pollfd> fds;
       for (const auto& worker : workers_) fds.push_back({worker->fd(), POLLIN, 0});
+      const size_t running = fds.size();
+      // A descriptor that is none is left alone.
+      fds.push_back({source_.arrivals(), POLLIN, 0});
       poll(fds.data(), fds.size(), kLookMs);
       // Those that are done leave the list, so that it is gone through from its end.
-      for (size_t i = fds.size(); i-- > 0;) {
+      for (size_t i = running; i-- > 0;) {
         if (Result<void> looked = Look(i, fds[i].revents != 0); !looked) return looked;
       }
     }
@@ -154,6 +126,15 @@ class LocalEngine {
   }
 
  private:
+  /// Gives rows to processes until there are as many as there may be, or no rows.
+  Result<void> Fill() {
+    drained_ = false;
+    while (static_cast<int>(workers_.size()) < options_.jobs && !drained_) {
+      if (Result<void> begun = Begin(nullptr); !begun) return begun;
+    }
+    return {};
+  }
+
   /// Gives the next row to a worker, or to a new one. Without one it is let go.
   Result<void> Begin(std::unique_ptr<Worker> worker) {
     Result<std::optional<RowTask>> task = source_.Next();
@@ -165,16 +146,11 @@ class LocalEngine {
       if (!started) return Fail(started.error().message);
       worker = std::move(*started);
     }
-    const double limit = options_.timeout_s > 0 ? options_.timeout_s : 60 + 20 * SimSeconds(**task);
+    const double limit =
+        options_.timeout_s > 0 ? options_.timeout_s : 60 + 20 * SimSecondsOf((*task)->inputs);
     if (Result<void> given = worker->Give(std::move(**task), limit, &source_); !given) return given;
     workers_.push_back(std::move(worker));
     return {};
-  }
-
-  /// How long the run is, in simulated time (s).
-  static double SimSeconds(const RowTask& task) {
-    proto::RunDescription own;
-    return own.ParseFromString(task.inputs.own) ? own.seconds() : 0;
   }
 
   /// Looks after one worker: what it says, and whether its time is over.
@@ -206,11 +182,24 @@ class LocalEngine {
   const LocalOptions& options_;
   RowSource& source_;
   std::vector<std::unique_ptr<Worker>> workers_;
-  /// There are no rows any more.
+  /// There are no rows (now).
   bool drained_ = false;
 };
 
 }  // namespace
+
+int ProcessorCount() {
+  // In a container or job these are fewer than the machine has.
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  if (sched_getaffinity(0, sizeof set, &set) == 0) return std::max(1, CPU_COUNT(&set));
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+double SimSecondsOf(const RowInputs& inputs) {
+  proto::RunDescription own;
+  return own.ParseFromString(inputs.own) ? own.seconds() : 0;
+}
 
 Result<void> RunLocally(const LocalOptions& options, RowSource* source) {
   return LocalEngine(options, source).Run();
@@ -225,12 +214,12 @@ int ServeRows(int fd) {
   sigprocmask(SIG_BLOCK, &stops, nullptr);
   ChunkRunner runner;
   std::string buffer;
-  while (ReceiveSome(fd, &buffer)) {
+  while (ReadSome(fd, &buffer)) {
     while (const std::optional<std::string> line = TakeLine(&buffer)) {
       const Result<std::optional<std::string>> answer = runner.Take(*line);
       // Only another program than this one writes lines that cannot be read.
       if (!answer) return Unusable(answer.error().message);
-      if (*answer && !SendAll(fd, **answer)) return kDone;
+      if (*answer && !WriteWhole(fd, **answer)) return kDone;
     }
   }
   return kDone;

@@ -2,26 +2,10 @@
 // Runs rows on this machine, in several processes. A run that crashes or hangs takes its process
 // with it and nothing else.
 
-#include <functional>
-#include <optional>
-#include <string>
-
-#include "tools/sweep/chunk.h"
+#include "compiler/base/result.h"
+#include "tools/sweep/row_source.h"
 
 namespace morphbus::tools {
-
-/// Where an engine has its rows from, and where it puts their results.
-class RowSource {
- public:
-  virtual ~RowSource() = default;
-  /// The next row to be run; nothing if there is none left.
-  virtual Result<std::optional<RowTask>> Next() = 0;
-  /// The bytes of a part that a row names.
-  virtual Result<std::string> Part(const std::string& hash) = 0;
-  virtual Result<void> Take(const RowTask& task, const RowResult& result) = 0;
-  /// Called several times a second. False: to stop now; runs under way have no results.
-  virtual bool GoOn() = 0;
-};
 
 /// How the local engine runs.
 struct LocalOptions {
@@ -30,6 +14,12 @@ struct LocalOptions {
   /// Wall time that a run may take (s); 0: 60 s and 20 times its simulated time.
   double timeout_s = 0;
 };
+
+/// As many as this process may use processors.
+int ProcessorCount();
+
+/// How long a run is, in simulated time (s).
+double SimSecondsOf(const RowInputs& inputs);
 
 /// Runs all rows of `source`. Fails if no process can be started, or with an error of `source`.
 Result<void> RunLocally(const LocalOptions& options, RowSource* source);

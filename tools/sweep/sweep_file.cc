@@ -54,6 +54,10 @@ class SweepReader : private FileReader {
     if (key == "run") return ReadRuns(entry);
     if (key == "expect") return ReadExpectations(entry);
     if (key == "keep") return ReadKeep(entry);
+    if (key == "engine") {
+      sweep_.engine = ReadEngine(entry, &diagnostics_);
+      return;
+    }
     Wrong(entry.key_span, fmt::format("a sweep has no '{}'", key),
           key == kSearchTable
               ? "this is the file of a search: morphbus optimise runs it"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compiler/source/toml.h"
+#include "tools/sweep/engine_settings.h"
 #include "tools/sweep/figure_expression.h"
 #include "tools/sweep/run_inputs.h"
 
@@ -73,6 +74,7 @@ struct SweepFile {
   int variants = 0;
   std::vector<SweepExpectation> expectations;
   SweepKeep keep;
+  EngineSettings engine;
 };
 
 /// Reads file number `file` of `sources`, of which `path` is the path. `overrides` are words of the

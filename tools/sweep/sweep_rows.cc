@@ -79,7 +79,7 @@ bool MissingRows::GoOn() {
   return StoredRows::GoOn() && committed_;
 }
 
-Result<void> MissingRows::Finish() { return committed_ ? store_.Commit() : committed_; }
+Result<void> MissingRows::Settle() { return committed_ ? store_.Commit() : committed_; }
 
 void RepeatedRows::Add(const StoredRow& row, const std::string& log) {
   Append(row, log);

@@ -12,7 +12,7 @@
 
 #include "tools/base/work_progress.h"
 #include "tools/machine/wall_clock.h"
-#include "tools/sweep/local_engine.h"
+#include "tools/sweep/row_source.h"
 #include "tools/sweep/sweep_store.h"
 
 namespace morphbus::tools {
@@ -21,6 +21,7 @@ namespace morphbus::tools {
 class StoredRows : public RowSource {
  public:
   Result<std::optional<RowTask>> Next() override;
+  Result<RowInputs> Inputs(const std::string& key) override { return store_.InputsOf(key); }
   Result<std::string> Part(const std::string& hash) override { return store_.Part(hash); }
   bool GoOn() override;
   /// What stands before the progress, as "generation 3 of 30, ".
@@ -57,9 +58,9 @@ class MissingRows : public StoredRows {
   /// Finds them, from a place on. Fails if the store cannot be read.
   static Result<std::unique_ptr<MissingRows>> Of(SweepStore* store, int64_t from = 1);
   Result<void> Take(const RowTask& task, const RowResult& result) override;
-  bool GoOn() override;
   /// Writes what has not been written yet. The first error of GoOn comes here, too.
-  Result<void> Finish();
+  Result<void> Settle() override;
+  bool GoOn() override;
 
  private:
   explicit MissingRows(SweepStore* store) : StoredRows(store) {}

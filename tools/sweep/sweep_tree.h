@@ -11,8 +11,8 @@
 namespace morphbus::tools {
 
 /// Keys at the top of the file that are no inputs of a run.
-inline constexpr std::array<std::string_view, 8> kSweepKeys = {
-    "variants", "method", "samples", "sample_seed", "set", "run", "expect", "keep"};
+inline constexpr std::array<std::string_view, 9> kSweepKeys = {
+    "variants", "method", "samples", "sample_seed", "set", "run", "expect", "keep", "engine"};
 
 /// The table that makes the file one of a search.
 inline constexpr std::string_view kSearchTable = "search";
