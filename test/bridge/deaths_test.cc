@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 
 #include "test/bridge/fake_run.h"
@@ -187,6 +188,51 @@ TEST(Deaths, AModuleThatIsLostAndKilledDoesNotComeBack) {
   ASSERT_TRUE(run.Run());
   EXPECT_TRUE(run.sim->outcome().ok) << run.sim->outcome().error;
   EXPECT_TRUE(run.modules[1].controller->computed.empty());
+}
+
+/// A simulator of two modules and a logger in tick 1, which both have answered, and before tick 2
+/// module 1 is to be lost; the logger has tick 0.
+SimLockstep AboutToLose() {
+  SimLockstep::Config config;
+  config.num_modules = 2;
+  config.logger = true;
+  SimLockstep sim(config);
+  SimLockstep::Actions out;
+  sim.Begin(0, &out);
+  for (int process = 0; process < 3; ++process) sim.OnHello(process, 0, &out);
+  for (const int module : {0, 1}) sim.OnActuator(module, 0, 0, &out);
+  sim.OnLogAck(0, 0, &out);
+  sim.Lose(1, 0, &out);
+  for (const int module : {0, 1}) sim.OnActuator(module, 1, 0, &out);
+  EXPECT_EQ(sim.tick(), 1);
+  return sim;
+}
+
+TEST(Deaths, AModuleIsToldToLeaveOnceTheLoggerHasAllThatItSaid) {
+  SimLockstep sim = AboutToLose();
+  SimLockstep::Actions out;
+  // However long that takes, the logger alone is asked.
+  for (int i = 0; i < 20; ++i) sim.OnTime(sim.next_deadline_us(), &out);
+  EXPECT_GT(std::ranges::count(out, SimAction::Kind::kPollLogger, &SimAction::kind), 10);
+  EXPECT_EQ(std::ranges::count(out, SimAction::Kind::kAskToLeave, &SimAction::kind), 0);
+  out.clear();
+  sim.OnLogAck(1, 1'000'000, &out);
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].kind, SimAction::Kind::kAskToLeave);
+  EXPECT_EQ(out[0].process, 1);
+  sim.OnEndAck(1, 1'000'000, &out);
+  EXPECT_EQ(sim.tick(), 2);
+}
+
+TEST(Deaths, OfLoggerAndLostModuleTheOneIsNamedThatDoesNotAnswer) {
+  SimLockstep sim = AboutToLose();
+  SimLockstep::Actions out;
+  sim.GiveUpOnSilent(0, &out);
+  EXPECT_EQ(sim.silent(), std::vector<int>{2});
+  sim = AboutToLose();
+  sim.OnLogAck(1, 0, &out);
+  sim.GiveUpOnSilent(0, &out);
+  EXPECT_EQ(sim.silent(), std::vector<int>{1});
 }
 
 TEST(Deaths, AModuleThatWillNotLeaveIsNamed) {

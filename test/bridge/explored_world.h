@@ -395,6 +395,7 @@ class World : public SentMessages {
           if (action.tick != advanced_++) violation_ = "the robot was not advanced once a tick";
           break;
         case SimAction::Kind::kAskToLeave:
+          if (settings_.logger && log.complete_tick() < action.tick) violation_ = "LEAVE too early";
           Send({Kind::kLeave, action.process, action.tick});
           break;
         case SimAction::Kind::kAtBarrier:

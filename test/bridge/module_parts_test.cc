@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <morphbus/sim_clock_t.hpp>
 #include <morphbus/transform_t.hpp>
 
 #include "bridge/bus/inproc_bus.h"
@@ -59,6 +60,48 @@ TEST(ModuleLockstep, WhatComesOnceTheRunGoesOnWithoutItIsForOthers) {
   EXPECT_EQ(machine.OnTransform(7, 0, 0, 0, &out), Taken::kForOthers);
   EXPECT_EQ(machine.OnTransform(7, 90, 90, 0, &out), Taken::kForOthers);
   EXPECT_EQ(machine.OnSensors(90, 0, 1, true, {}, 0, &out), Taken::kForOthers);
+}
+
+/// A machine that has left before tick 1, with no word from the sim for so many seconds since.
+ModuleLockstep LeftBeforeTickOne(bool realtime, int seconds) {
+  ModuleLockstep machine = AtTickOne(realtime);
+  ModuleLockstep::Actions out;
+  machine.OnLeave(0, &out);
+  const int64_t silence_us = int64_t{1'000'000} * seconds;
+  while (!machine.done() && machine.next_deadline_us() <= silence_us) {
+    machine.OnTime(machine.next_deadline_us(), &out);
+  }
+  return machine;
+}
+
+TEST(ModuleLockstep, WhoHasLeftIsThereUntilTheSimHasHeardIt) {
+  // The sim stands still for a while, and asks again: what was said to it got lost.
+  ModuleLockstep machine = LeftBeforeTickOne(false, 8);
+  ModuleLockstep::Actions out;
+  machine.OnLeave(8'000'000, &out);
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].kind, ModuleAction::Kind::kEndAck);
+  // SENSORS of the tick that it has answered come once more; those of the next one say it all.
+  machine.OnSensors(0, 0, 1, true, {7}, 8'000'000, &out);
+  machine.OnProgress(1, 8'000'000, &out);
+  EXPECT_FALSE(machine.done());
+  machine.OnSensors(1, 0, 1, true, {}, 8'000'000, &out);
+  EXPECT_TRUE(machine.done());
+  EXPECT_EQ(out.back().kind, ModuleAction::Kind::kFinish);
+  // So does whatever comes of a later tick.
+  machine = LeftBeforeTickOne(false, 1);
+  machine.OnProgress(2, 1'000'000, &out);
+  EXPECT_TRUE(machine.done());
+  machine = LeftBeforeTickOne(false, 1);
+  machine.OnClock(2, morphbus::sim_clock_t::PHASE_END, 1'000'000, &out);
+  EXPECT_TRUE(machine.done());
+}
+
+TEST(ModuleLockstep, WhoHasLeftDoesNotStayForEver) {
+  EXPECT_FALSE(LeftBeforeTickOne(false, 9).done());
+  EXPECT_TRUE(LeftBeforeTickOne(false, 10).done());
+  // In real time the sim goes on whether it has heard it or not.
+  EXPECT_TRUE(LeftBeforeTickOne(true, 1).done());
 }
 
 /// SENSORS with the readings of a chain of three modules.

@@ -5,6 +5,8 @@ import random
 import re
 import signal
 import subprocess
+import sys
+import time
 import unittest
 
 from control_live import written_so_far
@@ -294,6 +296,39 @@ class Losses(Dying):
         self.assertEqual(summary['ended'], 'stopped by command')
         self.assert_clean()
         self.assert_repeats()
+
+    def test_the_last_words_of_a_lost_module_are_in_the_log_though_it_was_killed_before_the_logger_had_them(self):
+        self.run_name, self.path = 'words', self.folder / 'words.log'
+        script, rules = self.folder / 'script', self.folder / 'rules'
+        script.write_text('60 speed 0\n')
+        # Of what m6 says last the logger loses most, whenever it is said.
+        rules.write_text('fault process=LOG channel=m6/* from=49 until=50 loss=0.9\n')
+        loss = [*QUADRUPED, '--seconds', 4, '--lose', 'm6@1', '--commands', script, '--run', 'words', '--log', self.path, '--force']
+        self.process = subprocess.Popen(command('run', *loss, '--speed', 0.5, '--faults', rules, '--isolate', '--json'),
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(self.process.communicate)
+        self.addCleanup(self.process.kill)
+        state = self.folder / 'runtime' / 'morphbus' / 'words' / 'process-5.state'
+        # It is saved before the first tick, with each, and when the module is told to leave (bridge/module/snapshot_file.cc).
+
+        def saves():
+            if not state.exists():
+                return 0
+            with state.open('rb') as file:
+                # It is empty for a moment.
+                return int.from_bytes(file.read(8), sys.byteorder)
+        await_condition(lambda: saves() > 45, 'tick 44 is answered', pause=0.001)
+        logger, module = self.pid_of('log'), self.pid_of('m6')
+        os.kill(logger, signal.SIGSTOP)
+        await_condition(lambda: saves() > 50, 'tick 49 is answered', pause=0.001)
+        # Who did not wait for the logger would go on without m6, and the launcher would hear of that.
+        time.sleep(0.3)
+        os.kill(module, signal.SIGKILL)
+        os.kill(logger, signal.SIGCONT)
+        summary = self.end()
+        self.assertEqual((summary['lost_modules'], summary['restarts']), ({'m6': 1.0}, {'m6': 1}))
+        self.assert_clean()
+        self.assertEqual(as_json('run', *loss, '--inproc')['hash'], summary['hash'])
 
     def test_what_cannot_be_lost_is_refused(self):
         for text, why in (('m33@1', "did you mean 'm3'"), ('m3', 'expected MODULE@SECONDS'), ('@1', 'expected MODULE@'),

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <functional>
+#include <utility>
 
 #include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/lcm_bus.h"
@@ -114,8 +115,13 @@ int Simulate(const SimCommandOptions& options) {
       MakeControls(options.run_folder, *plan, &bus, &link, &participant, robot->get());
   if (!controls) return Unusable(controls.error().message);
   ControlDesk& desk = *(*controls)->desk;
+  size_t told_gone = 0;
   participant.OnBeforeTick([&](int64_t tick) {
     desk.BeforeTick(tick);
+    // A module that has left ends its process when it hears of this tick, which the launcher must
+    // know before.
+    const std::vector<std::string> gone = participant.GoneModules();
+    if (std::exchange(told_gone, gone.size()) < gone.size()) link.Deliver({{"gone", gone}});
     if (tick == 1) since_first_tick = WallTimer();  // tick 0 waits for all to join
   });
   if (by_hand) {
@@ -153,7 +159,8 @@ int Simulate(const SimCommandOptions& options) {
   desk.Finish();
   const bridge::SimOutcome& outcome = participant.outcome();
   // The last word to the launcher, which waits for it: delivered, whatever else is in the socket.
-  link.Deliver({{"outcome",
+  link.Deliver({{"gone", participant.GoneModules()},
+                {"outcome",
                  {{"ok", outcome.ok},
                   {"error", outcome.error},
                   {"reason", outcome.reason},

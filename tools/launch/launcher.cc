@@ -382,6 +382,12 @@ Result<void> Launcher::CarryOutOrder(const Order& order) {
 
 void Launcher::AwaitEnd(double seconds) {
   WakingTimer timer;
+  // Nobody has waited for lost modules to hear that the run is over.
+  for (const std::string& name : gone_) {
+    const std::optional<int> module = plan_.robot().FindModule(name);
+    ChildProcess* child = module ? Find(ProcessOf(*module).name) : nullptr;
+    if (child != nullptr) child->Signal(SIGTERM);
+  }
   // They end by themselves once the sim has said good-bye. Modules that had not joined hear nothing
   // of that, so a run that never began waits for its log only.
   const bool never_began = interrupted_ && outcome_.ticks == 0;

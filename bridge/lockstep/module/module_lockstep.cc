@@ -53,8 +53,16 @@ bool ModuleLockstep::InWindow(int64_t tick) const {
   return config_.realtime || (tick >= tick_ - 1 - kKeptTicks && tick <= tick_);
 }
 
+bool ModuleLockstep::FinishOncePast(int64_t tick, Actions* out) {
+  // The wall does not wait for us to leave.
+  if (phase_ != Phase::kLeft || config_.realtime || tick <= tick_) return false;
+  Finish(out);
+  return true;
+}
+
 void ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* out) {
   const bool end = phase == morphbus::sim_clock_t::PHASE_END;
+  if (FinishOncePast(tick, out)) return;
   if (phase_ != Phase::kRun && (phase_ != Phase::kLeft || !end)) return;
   // What is over for long, or of a tick that we shall not compute, is no sign of life.
   if (!InWindow(tick)) return;
@@ -78,9 +86,10 @@ void ModuleLockstep::OnAsked(int64_t tick, int64_t now_us) {
 }
 
 void ModuleLockstep::OnProgress(int64_t tick, int64_t now_us, Actions* out) {
+  if (FinishOncePast(tick, out)) return;
   if ((phase_ != Phase::kRun && phase_ != Phase::kLeft) || !InWindow(tick)) return;
-  // A module that has left waits for nobody.
-  if (phase_ == Phase::kRun) {
+  // In real time a module that has left waits for nobody.
+  if (phase_ == Phase::kRun || !config_.realtime) {
     silence_.Heard(now_us);
     ahead_tick_ = -1;
   }
@@ -92,7 +101,11 @@ void ModuleLockstep::OnProgress(int64_t tick, int64_t now_us, Actions* out) {
 ModuleLockstep::Taken ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
                                                 const std::vector<uint16_t>& mates, int64_t now_us,
                                                 Actions* out) {
-  if (left()) return Taken::kForOthers;
+  if (left()) {
+    // Who publishes SENSORS of a tick has all that the one before it waited for.
+    FinishOncePast(tick + 1, out);
+    return Taken::kForOthers;
+  }
   if (!InWindow(tick) || part < 0 || part >= num_parts) {
     // In lockstep nothing of a later tick can exist before we answered this one, unless another
     // process did.
@@ -200,22 +213,25 @@ void ModuleLockstep::OnLeaveAll(Actions* out) {
   // The sim waits until every module has acknowledged END or LEAVE. A process that has heard
   // neither is one too many: another plays the module.
   const bool told = phase_ == Phase::kLeft || (phase_ == Phase::kRun && end_tick_ >= 0);
-  if (!told) return;
+  if (told) Finish(out);
+}
+
+void ModuleLockstep::Finish(Actions* out) {
+  if (phase_ == Phase::kDone) return;
   phase_ = Phase::kDone;
   out->push_back({ModuleAction::Kind::kFinish, tick_, 0});
 }
 
 void ModuleLockstep::OnTime(int64_t now_us, Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
-  // After END, or once we have left, a short silence means that LEAVE was lost; before, a long one
-  // that the sim is gone.
+  // After END a short silence means that LEAVE was lost; before, a long one that the sim is gone.
+  // In real time nothing else tells who has left that the sim has heard it.
   const int64_t silence = silence_.Poll(now_us);
-  if ((end_tick_ >= 0 || phase_ == Phase::kLeft) && silence >= config_.timing.linger_us) {
-    phase_ = Phase::kDone;
-    out->push_back({ModuleAction::Kind::kFinish, tick_, 0});
-    return;
-  }
+  const bool left = phase_ == Phase::kLeft;
+  const bool lingers = end_tick_ >= 0 || (left && config_.realtime);
+  if (lingers && silence >= config_.timing.linger_us) return Finish(out);
   if (silence >= config_.timing.lost_us) {
+    if (left) return Finish(out);
     phase_ = Phase::kDone;
     if (config_.realtime || ahead_tick_ < 0) {
       out->push_back({ModuleAction::Kind::kLostSim, tick_, 0});

@@ -58,7 +58,8 @@ class ModuleLockstep {
   void Begin(int64_t tick, int64_t now_us, Actions* out);
   /// The sim says which tick a module computes first that takes another's place.
   void OnAdmit(int64_t tick, int64_t now_us);
-  /// The sim says that the run goes on without this module: as END, for this module alone.
+  /// The sim says that the run goes on without this module: as END, for this module alone, which is
+  /// done once the sim has gone on, so that it has heard the acknowledgement.
   void OnLeave(int64_t now_us, Actions* out);
   /// CLOCK, phase as in sim_clock_t.
   void OnClock(int64_t tick, int phase, int64_t now_us, Actions* out);
@@ -127,6 +128,11 @@ class ModuleLockstep {
   [[nodiscard]] bool InWindow(int64_t tick) const;
   /// Our own reading of the tick is there, and all other parts of SENSORS if none was ever whole.
   [[nodiscard]] bool Complete() const;
+  /// Nothing more is to be done, and all is well.
+  void Finish(Actions* out);
+  /// Finishes, and returns true, if we have left and the sim, which is at this tick, could not be
+  /// there had it not heard so.
+  bool FinishOncePast(int64_t tick, Actions* out);
   /// Computes the tick if sensors and the neighbours' messages are there, else asks.
   void TryCompute(int64_t now_us, Actions* out);
 

@@ -29,9 +29,11 @@ void SimLockstep::TellToLeave(int64_t now_us, Actions* out) {
   leave_.Arm(now_us, config_.timing.ask_after_us);
 }
 
-// What the logger has not acknowledged must still be kept by everybody, hence the window.
+// What the logger has not acknowledged must still be kept by everybody, hence the window. Whoever
+// leaves keeps nothing, and nobody starts its process again: what it has said must be there.
 bool SimLockstep::WindowOpen() const {
-  return !config_.logger || config_.realtime || tick_ + 1 - acknowledged_ <= config_.window;
+  const int64_t window = attendance_.AnyLeaving() ? 1 : config_.window;
+  return !config_.logger || config_.realtime || tick_ + 1 - acknowledged_ <= window;
 }
 
 void SimLockstep::Begin(int64_t now_us, Actions* /*out*/) {
@@ -122,9 +124,10 @@ void SimLockstep::TryAdvance(int64_t now_us, Actions* out) {
   if (config_.realtime) return TryRealtime(now_us, out);
   if (!attendance_.AllAnswered()) return;
   if (paused_ && steps_ == 0 && !stop_) return Hold();
-  // Whoever is to be gone in the next tick leaves after its answer to this one. A run that ends now
-  // loses nobody.
+  // Whoever is to be gone in the next tick leaves after its answer to this one, once the logger has
+  // that. A run that ends now loses nobody.
   if (attendance_.AnyLeaving() && !stop_) {
+    if (!WindowOpen()) return AwaitLogger(now_us);
     holding_ = false;
     ask_.Disarm();
     return TellToLeave(now_us, out);
@@ -133,12 +136,7 @@ void SimLockstep::TryAdvance(int64_t now_us, Actions* out) {
     if (!std::exchange(at_barrier_, true)) out->push_back({SimAction::Kind::kAtBarrier, tick_, -1});
     return Hold();
   }
-  // Too far ahead of the logger: the ask timer polls it until it has caught up.
-  if (!WindowOpen()) {
-    holding_ = false;
-    if (!ask_.armed()) ask_.Arm(now_us, config_.timing.ask_after_us);
-    return;
-  }
+  if (!WindowOpen()) return AwaitLogger(now_us);
   // A single step and a stop do not wait for the pace.
   if (now_us < pace_.StartUs(tick_ + 1) && steps_ == 0 && !stop_) return Hold();
   AdvanceOneTick(now_us, out);
@@ -187,6 +185,12 @@ void SimLockstep::AdvanceOneTick(int64_t now_us, Actions* out) {
   // After the last tick comes END instead of sensors; else the next tick goes out and is awaited.
   if (stop_ || tick_ == config_.num_ticks) return EnterEnding(now_us, out);
   PublishTick(now_us, out);
+}
+
+/// Too far ahead of the logger: the ask timer polls it until it has caught up.
+void SimLockstep::AwaitLogger(int64_t now_us) {
+  holding_ = false;
+  if (!ask_.armed()) ask_.Arm(now_us, config_.timing.ask_after_us);
 }
 
 /// Nothing is missing and nobody is asked.
@@ -297,7 +301,7 @@ void SimLockstep::GiveUpOnSilent(int64_t now_us, Actions* out) {
       awaited = !attendance_.greeted(i);
     } else if (!attendance_.AllAnswered()) {
       awaited = !logger && !attendance_.answered(i);
-    } else if (attendance_.AnyLeaving()) {
+    } else if (attendance_.AnyLeaving() && WindowOpen()) {
       awaited = !logger && attendance_.leaving(i);
     }
     if (awaited) silent_.push_back(i);

@@ -116,8 +116,9 @@ class SimLockstep {
   void Step(int64_t ticks, int64_t now_us, Actions* out);
   /// Changes the pace: times real time, 0 for as fast as possible.
   void SetSpeed(double speed, int64_t now_us, Actions* out);
-  /// From the next tick on the run goes on without this module: before that tick it is asked to
-  /// leave, and acknowledges as it would END. In real time nobody waits for that.
+  /// From the next tick on the run goes on without this module: before that tick, and once the
+  /// logger has all that it said, it is asked to leave, and acknowledges as it would END. In real
+  /// time nobody waits for that.
   void Lose(int module, int64_t now_us, Actions* out);
   /// Lockstep only: the next tick is not begun before PassBarrier, so that something can be done
   /// between two ticks that takes time. Once all is there for it kAtBarrier says so, once.
@@ -155,7 +156,8 @@ class SimLockstep {
   /// how the run ended.
   enum class Phase : uint8_t { kIdle, kStart, kRun, kEnding, kConcluding, kDone };
 
-  /// The logger is close enough behind for another tick.
+  /// The logger is close enough behind for another tick; where a module is to leave first, it has
+  /// all of this one.
   [[nodiscard]] bool WindowOpen() const;
   /// Real time: wall time at which the present tick is over, whoever has answered. A run that is to
   /// stop does not wait for a slow pace.
@@ -188,6 +190,8 @@ class SimLockstep {
   }
   /// Asks for answers to the present tick, and repeats what those modules may have missed.
   void AskForAnswers(Actions* out);
+  /// Has the ask timer poll the logger until WindowOpen.
+  void AwaitLogger(int64_t now_us);
   /// Stops asking, because it is the sim itself that does not go on.
   void Hold();
   /// Repeats CLOCK and SENSORS, and says that the sim lives, if nothing was published for
