@@ -471,6 +471,45 @@ class WrongFiles(SweepCase):
         self.assertRegex(morphbus('sweep', self.database(), status=2).stderr, 'is the database of a sweep.*morphbus sweep status ')
 
 
+class Binary(SweepCase):
+    def program(self, text, name='old'):
+        path = self.folder / name
+        path.write_text(text)
+        path.chmod(0o755)
+        return path
+
+    def test_what_is_no_program_for_these_rows_runs_none_of_them(self):
+        file = self.sweep_file(SMALL)
+        hello = {'hello': 1, 'version': 'another', 'arithmetic': 'x', 'jobs': 1, 'host': 'h'}
+        for name, text, expected in (('nothing', None, 'nothing'), ('mute', '#!/bin/sh\necho oh dear >&2\nexit 3\n', r'is no morphbus that runs rows \(oh dear\)'),
+                                     ('other', f"#!/bin/sh\necho '{json.dumps(hello)}'\n", 'another')):
+            with self.subTest(name):
+                path = self.program(text, name) if text else self.folder / name
+                self.assertRegex(morphbus('sweep', file, '--binary', path, status=2).stderr, expected)
+                self.assertEqual(as_json('sweep', 'status', file)['done'], 0)
+        # Its own program by another name runs them, as does the file's.
+        own = self.program(f'#!/bin/sh\nexec {shlex.join(map(str, command()))} "$@"\n', 'own')
+        self.assertEqual(as_json('sweep', file, '--binary', own)['done'], as_json('sweep', 'status', file)['rows'])
+        named = self.sweep_file(f'{SMALL}\n[engine]\nbinary = "{self.folder}/mute"\n', 'named')
+        self.assertIn('oh dear', morphbus('sweep', named, status=2).stderr)
+
+
+class Processor(SweepCase):
+    def test_an_old_processor_agrees(self):
+        file = self.sweep_file(SMALL)
+        morphbus('sweep', file)
+        page = (SOURCE / 'docs' / 'sweep.md').read_text(encoding='utf-8')
+        script = self.folder / 'old'
+        script.write_text(re.search(r'```bash\n(.*?)```', page, re.S)[1])
+        script.chmod(0o755)
+        # The emulator runs the processes of the sweep and not this machine: there they are, beside the test.
+        trace = self.folder / 'trace'
+        script.write_text(script.read_text().replace('exec ', f'echo "$@" >>{trace}\nexec ').replace(' morphbus ', f' {shlex.join(map(str, command()))} '))
+        agreed = as_json('sweep', 'verify', file, '--sample', 1, '--binary', script)
+        self.assertEqual((agreed['agree'], agreed['differ']), (len(self.rows(self.database())), []))
+        self.assertIn('sweep worker --fd', trace.read_text())
+
+
 class Document(SweepCase):
     def test_the_commands_of_the_page_work(self):
         page = (SOURCE / 'docs' / 'sweep.md').read_text(encoding='utf-8')

@@ -322,7 +322,11 @@ int RunMissing(SweepStore* store, const SweepOptions& options, int64_t from,
 EngineResult RunAgain(RowSource* rows, const SweepStore& store, const SweepOptions& options,
                       bool logs) {
   EngineOptions engine = {options.engines, options.jobs, options.timeout, "", true, false};
-  if (logs && engine.settings.kind == EngineKind::kSsh) engine.settings.kind = EngineKind::kLocal;
+  // The logs are to be on this machine, whose program makes them.
+  if (logs && engine.settings.kind == EngineKind::kSsh) {
+    engine.settings.kind = EngineKind::kLocal;
+    engine.settings.binary.clear();
+  }
   if (engine.settings.kind == EngineKind::kSlurm) {
     // Two of these may be under way, and neither is to take the other's results.
     engine.folder = std::filesystem::path(store.path()).replace_extension(".jobs.XXXXXX").string();
@@ -336,6 +340,8 @@ EngineResult RunAgain(RowSource* rows, const SweepStore& store, const SweepOptio
 void AddEngine(Subcommand* sub, SweepOptions* options) {
   sub->Add("--engine", &options->engine,
            "Where rows run: local, slurm or ssh (default: as the file says, or here)");
+  sub->Add("--binary", &options->binary,
+           "The morphbus that runs the rows there (default: as the file says, or this one)");
   sub->Add("-j,--jobs", &options->jobs,
            "Rows at a time: here, in a task of Slurm or on a host (default: one a processor, or as "
            "the file says)")
@@ -346,11 +352,14 @@ void AddEngine(Subcommand* sub, SweepOptions* options) {
 }
 
 bool ChooseEngine(const EngineSettings& engines, SweepOptions* options) {
+  const std::optional<EngineKind> kind =
+      options->engine.empty() ? engines.kind : EngineOfName(options->engine);
   options->engines = engines;
-  if (options->engine.empty()) return true;
-  const std::optional<EngineKind> kind = EngineOfName(options->engine);
   if (kind) {
     options->engines.kind = *kind;
+    // Where the file speaks of other machines, its path is one of theirs.
+    if (*kind == EngineKind::kLocal && engines.kind != *kind) options->engines.binary.clear();
+    if (!options->binary.empty()) options->engines.binary = options->binary;
     return true;
   }
   Unusable(fmt::format("--engine: there is no engine '{}'{}; there are {}", options->engine,

@@ -25,6 +25,8 @@ struct SweepOptions {
   std::string engine;
   /// What the file says of engines.
   EngineSettings engines;
+  /// Path of the program that runs the rows, over what the file says.
+  std::string binary;
   bool detach = false;
   int jobs = 0;  ///< Rows at a time; 0: as the engine chooses.
   double timeout = 0;

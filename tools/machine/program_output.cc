@@ -39,6 +39,11 @@ Result<Outlet> MakeOutlet() {
 }  // namespace
 
 Result<std::string> FindProgram(const std::string& name) {
+  // A name with a folder is a path.
+  if (name.find('/') != std::string::npos) {
+    if (access(name.c_str(), X_OK) == 0) return name;
+    return Fail(fmt::format("cannot run {}: {}", name, std::strerror(errno)));
+  }
   const char* path = std::getenv("PATH");
   std::string_view folders = path == nullptr ? "/usr/bin:/bin" : path;
   while (!folders.empty()) {

@@ -30,7 +30,7 @@ constexpr int kLookMs = 100;
 /// A process, and the row that it runs.
 class Worker {
  public:
-  static Result<std::unique_ptr<Worker>> Start() {
+  static Result<std::unique_ptr<Worker>> Start(const std::string& binary) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
       return Fail(fmt::format("cannot make a socket: {}", std::strerror(errno)));
@@ -38,7 +38,8 @@ class Worker {
     Descriptor ours(ends[0]), theirs(ends[1]);
     ChildProcess::Options options;
     options.name = "a process of the sweep";
-    options.argv = {OwnProgram(), "sweep", "worker", "--fd", std::to_string(theirs.get())};
+    options.argv = {binary.empty() ? OwnProgram() : binary, "sweep", "worker", "--fd",
+                    std::to_string(theirs.get())};
     options.inherited_fds = {theirs.get()};
     options.quiet = true;
     Result<ChildProcess> process = ChildProcess::Start(options);
@@ -142,7 +143,7 @@ class LocalEngine {
     drained_ = !*task;
     if (drained_) return {};
     if (!worker) {
-      Result<std::unique_ptr<Worker>> started = Worker::Start();
+      Result<std::unique_ptr<Worker>> started = Worker::Start(options_.binary);
       if (!started) return Fail(started.error().message);
       worker = std::move(*started);
     }

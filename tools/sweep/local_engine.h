@@ -2,6 +2,8 @@
 // Runs rows on this machine, in several processes. A run that crashes or hangs takes its process
 // with it and nothing else.
 
+#include <string>
+
 #include "compiler/base/result.h"
 #include "tools/sweep/row_source.h"
 
@@ -13,6 +15,8 @@ struct LocalOptions {
   int jobs = 1;
   /// Wall time that a run may take (s); 0: 60 s and 20 times its simulated time.
   double timeout_s = 0;
+  /// Path of the program that the processes run; empty: this one.
+  std::string binary = {};
 };
 
 /// As many as this process may use processors.
