@@ -40,6 +40,8 @@ class CampaignCase(Case):
 
     def start(self, *arguments):
         process = subprocess.Popen(self.command(*arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        # What it had run goes on to its own end, in the test's folder.
+        self.addCleanup(await_condition, lambda: not processes_of('morphbus-campaign-'), 'all processes are gone')
         self.addCleanup(process.communicate)
         self.addCleanup(process.kill)
         return process

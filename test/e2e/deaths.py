@@ -304,7 +304,7 @@ class Losses(Dying):
         # Of what m6 says last the logger loses most, whenever it is said.
         rules.write_text('fault process=LOG channel=m6/* from=49 until=50 loss=0.9\n')
         loss = [*QUADRUPED, '--seconds', 4, '--lose', 'm6@1', '--commands', script, '--run', 'words', '--log', self.path, '--force']
-        self.process = subprocess.Popen(command('run', *loss, '--speed', 0.5, '--faults', rules, '--isolate', '--json'),
+        self.process = subprocess.Popen(command('run', *loss, '--speed', 0.25, '--faults', rules, '--isolate', '--json'),
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(self.process.communicate)
         self.addCleanup(self.process.kill)
@@ -317,8 +317,8 @@ class Losses(Dying):
             with state.open('rb') as file:
                 # It is empty for a moment.
                 return int.from_bytes(file.read(8), sys.byteorder)
-        await_condition(lambda: saves() > 45, 'tick 44 is answered', pause=0.001)
         logger, module = self.pid_of('log'), self.pid_of('m6')
+        await_condition(lambda: saves() > 42, 'tick 41 is answered', pause=0.001)
         os.kill(logger, signal.SIGSTOP)
         await_condition(lambda: saves() > 50, 'tick 49 is answered', pause=0.001)
         # Who did not wait for the logger would go on without m6, and the launcher would hear of that.

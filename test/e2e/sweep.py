@@ -28,7 +28,11 @@ ENDLESS = 1000000
 
 
 def children_of(pid):
-    return [int(child) for task in pathlib.Path(f'/proc/{pid}/task').iterdir() for child in (task / 'children').read_text().split()]
+    """None of a process that has ended."""
+    try:
+        return [int(child) for task in pathlib.Path(f'/proc/{pid}/task').iterdir() for child in (task / 'children').read_text().split()]
+    except OSError:
+        return []
 
 
 def cpu_ticks(pid):

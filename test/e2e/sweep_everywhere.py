@@ -90,8 +90,11 @@ class OnSlurm(Worms, SlurmCase):
     def test_3_a_node_dies_in_the_middle(self):
         process = self.start(self.worms(self.engine('chunk = 10\n')))
         self.await_results(ROWS // 4)
-        await_condition(lambda: [pid for pid in self.workers() if pid in self.cluster.processes_of('n2') and children_of(pid)],
-                        'a row runs on n2')
+
+        def on_second():
+            there = self.cluster.processes_of('n2')
+            return [pid for pid in self.workers() if pid in there and children_of(pid)]
+        await_condition(on_second, 'a row runs on n2')
         self.cluster.kill_node('n2')
         self.addCleanup(self.cluster.await_idle, 'n1', 'n2')
         self.addCleanup(self.cluster.start_node, 'n2')

@@ -110,7 +110,8 @@ class Rows(SlurmCase):
         process = self.start(file)
 
         def on_second():
-            return [pid for pid in self.workers() if pid in self.cluster.processes_of('n2') and children_of(pid)]
+            there = self.cluster.processes_of('n2')
+            return [pid for pid in self.workers() if pid in there and children_of(pid)]
         await_condition(on_second, 'a row runs on n2')
         self.cluster.kill_node('n2')
         self.addCleanup(self.cluster.await_idle, 'n1', 'n2')

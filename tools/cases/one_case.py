@@ -27,7 +27,7 @@ class Runner:
         case = cases.make(number, self.dockings)
         all_ways = ways.make(case)
         chosen = [each for name, each in all_ways.items() if name in (ways.REFERENCE, only) or only is None]
-        with tempfile.TemporaryDirectory(prefix='morphbus-campaign-') as temporary:
+        with tempfile.TemporaryDirectory(prefix='morphbus-campaign-', ignore_cleanup_errors=True) as temporary:
             folder = pathlib.Path(keep or temporary)
             case.write(folder)
             records, reference = [], None

@@ -64,7 +64,13 @@ class Results:
     def append(self, record):
         record = {**record, 'generator': self._generator, 'version': self._version}
         line = json.dumps(record, separators=(',', ':')).encode() + b'\n'
-        while line:
-            line = line[os.write(self._file, line):]
+        whole = os.fstat(self._file).st_size
+        try:
+            while line:
+                line = line[os.write(self._file, line):]
+        except OSError:
+            # Behind a part of a line another one would make both unreadable.
+            os.ftruncate(self._file, whole)
+            raise
         self.records.append(record)
         self.done.add(record['case'])

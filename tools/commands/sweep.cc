@@ -359,7 +359,13 @@ bool ChooseEngine(const EngineSettings& engines, SweepOptions* options) {
     options->engines.kind = *kind;
     // Where the file speaks of other machines, its path is one of theirs.
     if (*kind == EngineKind::kLocal && engines.kind != *kind) options->engines.binary.clear();
-    if (!options->binary.empty()) options->engines.binary = options->binary;
+    if (options->binary.empty()) return true;
+    // Slurm's tasks run in other folders than this command.
+    const bool path = options->binary.find('/') != std::string::npos;
+    options->engines.binary = *kind == EngineKind::kSlurm && path
+                                  ? std::filesystem::absolute(options->binary).string()
+                                  : options->binary;
+    for (SshHost& host : options->engines.hosts) host.binary.clear();
     return true;
   }
   Unusable(fmt::format("--engine: there is no engine '{}'{}; there are {}", options->engine,

@@ -20,6 +20,8 @@ namespace {
 
 /// How often a caller is asked whether to go on, milliseconds.
 constexpr int kAskMs = 100;
+/// A program that says more than this is not one that anybody meant to ask, bytes.
+constexpr size_t kMostOutput = size_t{64} << 20;
 
 /// The end of a pipe from which a program's words are read.
 struct Outlet {
@@ -80,6 +82,9 @@ Result<ProgramOutput> RunProgram(std::vector<std::string> argv,
     if (!go_on()) return Fail(options.name + " was stopped");
     if (fds[0].revents != 0) output->open = ReadSome(output->ours.get(), &output->text);
     if (fds[1].revents != 0) errors->open = ReadSome(errors->ours.get(), &errors->text);
+    if (output->text.size() + errors->text.size() > kMostOutput) {
+      return Fail(fmt::format("{} says more than {} MB", options.name, kMostOutput >> 20));
+    }
   }
   while (!child->Poll()) {
     pollfd ended = {child->pidfd(), POLLIN, 0};

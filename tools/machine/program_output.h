@@ -21,8 +21,8 @@ struct ProgramOutput {
 };
 
 /// Runs a program to its end, with nothing on its stdin; argv[0] is its name. `go_on` is asked
-/// several times a second: where it says false the program is killed. Fails if the program cannot
-/// be started, or was killed so.
+/// several times a second: where it says false the program is killed, as where it says more than
+/// 64 MB. Fails if the program cannot be started, or was killed so.
 Result<ProgramOutput> RunProgram(std::vector<std::string> argv, const std::function<bool()>& go_on);
 
 /// The last line of a text that is not empty, for a message.

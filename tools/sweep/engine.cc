@@ -6,6 +6,7 @@
 #include "tools/launch/launcher_link.h"
 #include "tools/machine/child_process.h"
 #include "tools/machine/program_output.h"
+#include "tools/machine/wall_clock.h"
 #include "tools/sweep/chunk_stream.h"
 #include "tools/sweep/local_engine.h"
 #include "tools/sweep/slurm_engine.h"
@@ -25,11 +26,16 @@ Result<std::string> BinaryOf(const EngineSettings& settings, const std::string& 
 
 namespace {
 
+/// A program that has not said after so long what it is, is none that runs rows, s.
+constexpr double kAnswerSeconds = 60;
+
 /// Whether another program than this one may run rows in its place.
 EngineResult CheckBinary(const std::string& binary) {
   // With nothing to do it says what it is and ends.
-  const Result<ProgramOutput> said =
-      RunProgram({binary, "sweep", "worker"}, [] { return CaughtSignal() == 0; });
+  WakingTimer timer;
+  const Result<ProgramOutput> said = RunProgram({binary, "sweep", "worker"}, [&timer] {
+    return CaughtSignal() == 0 && timer.seconds() < kAnswerSeconds;
+  });
   if (!said) return NoEngine(said.error().message);
   const Result<StreamHello> hello = ReadHello(said->output.substr(0, said->output.find('\n')));
   if (!hello) {
@@ -48,8 +54,11 @@ EngineResult RunByEngine(const EngineOptions& options, RowSource* source) {
   if (options.settings.kind == EngineKind::kSlurm) return RunOnSlurm(options, source);
   if (options.settings.kind == EngineKind::kSsh) return RunOverSsh(options, source);
   const int jobs = options.jobs > 0 ? options.jobs : ProcessorCount();
-  const std::string& binary = options.settings.binary;
-  if (!binary.empty()) {
+  std::string binary;
+  if (!options.settings.binary.empty()) {
+    Result<std::string> found = FindProgram(options.settings.binary);
+    if (!found) return NoEngine(found.error().message);
+    binary = std::move(*found);
     if (EngineResult fits = CheckBinary(binary); !fits) return fits;
   }
   const Result<void> run = RunLocally({jobs, options.timeout_s, binary}, source);
