@@ -178,7 +178,7 @@ int Optimise(OptimiseOptions options) {
   int status = kUnusable;
   const std::optional<SearchOutcome> outcome =
       RunSearch(ready->search, store->get(), [&](int64_t from, const std::string& label) {
-        const int ran = RunMissing(store->get(), options, from, label);
+        const int ran = RunMissing(store->get(), options, LastRows{from, label});
         if (ran != kDone) status = ran;
         return ran == kDone;
       });
@@ -201,6 +201,10 @@ int Optimise(OptimiseOptions options) {
   if (outcome->stopped) {
     Say("stopped; the same command goes on\n");
     return kNo;
+  }
+  // Jobs that an earlier call has left, and for which no generation has waited, are of no more use.
+  if (options.engines.kind == EngineKind::kSlurm) {
+    if (const int cleaned = RunMissing(store->get(), options); cleaned != kDone) return cleaned;
   }
   if (best.empty()) Say("no candidate fulfils all conditions (subject_to)\n");
   return best.empty() ? kNo : kDone;

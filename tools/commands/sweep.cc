@@ -300,11 +300,13 @@ Json CountsJson(const std::string& database, const RowCounts& counts) {
           {"missing", counts.missing()}};
 }
 
-int RunMissing(SweepStore* store, const SweepOptions& options, int64_t from,
-               const std::string& label) {
-  Result<std::unique_ptr<MissingRows>> rows = MissingRows::Of(store, from);
+int RunMissing(SweepStore* store, const SweepOptions& options,
+               const std::optional<LastRows>& last) {
+  Result<std::unique_ptr<MissingRows>> rows = MissingRows::Of(store, last ? last->from : 1);
   if (!rows) return Unusable(rows.error().message);
-  (*rows)->set_label(label);
+  // An engine that has nothing to do would end what a later generation's rows run in.
+  if (last && (*rows)->rows() == 0) return kDone;
+  if (last) (*rows)->set_label(last->label);
   const EngineResult run =
       RunByEngine({options.engines, options.jobs, options.timeout,
                    std::filesystem::path(store->path()).replace_extension(".jobs").string(), false,

@@ -80,10 +80,17 @@ std::string EstimateText(double run_seconds, const SweepOptions& options);
 /// which `logs` stands, need a folder that this machine has: ssh leaves them to it.
 EngineResult RunAgain(RowSource* rows, const SweepStore& store, const SweepOptions& options,
                       bool logs = false);
-/// Runs the rows that have no result, from a place on; `label` stands before the progress. Says
-/// what goes wrong, and returns the exit status of that.
-int RunMissing(SweepStore* store, const SweepOptions& options, int64_t from = 1,
-               const std::string& label = "");
+/// The last rows of a store, behind which others will stand.
+struct LastRows {
+  int64_t from = 1;
+  /// What stands before the progress.
+  std::string label;
+};
+/// Runs the rows that have no result, of all or of the last ones. Once all have one, nothing is
+/// left of jobs; where none of the last ones is missing, jobs that others wait for are left alone.
+/// Says what goes wrong, and returns the exit status of that.
+int RunMissing(SweepStore* store, const SweepOptions& options,
+               const std::optional<LastRows>& last = std::nullopt);
 
 /// Adds those that look at a database, or run rows of it again: status, missing, rerun, verify,
 /// export, report; and worker, which the others start.
