@@ -50,17 +50,10 @@ class SlurmEngine {
     return [this] { return source_.GoOn(); };
   }
 
-  /// Whether the folder holds any.
-  [[nodiscard]] bool HasJobs() const {
-    std::error_code unknown;
-    return std::filesystem::exists(folder_, unknown) &&
-           !std::filesystem::is_empty(folder_, unknown);
-  }
-
   EngineResult Work() {
     if (Result<void> drained = Drain(); !drained) return Fail(drained.error().message);
     // Where nothing is wanted, and nothing is left of an earlier call, Slurm is not needed.
-    if (CaughtSignal() != 0 || (waiting_.empty() && !HasJobs())) return {};
+    if (CaughtSignal() != 0 || (waiting_.empty() && JobFolders(folder_).empty())) return {};
     for (const char* program : {"sbatch", "squeue"}) {
       const Result<std::string> found = FindProgram(program);
       if (!found) return NoEngine("no Slurm: " + found.error().message);
@@ -87,10 +80,7 @@ class SlurmEngine {
 
   /// Takes up the jobs of the folder.
   void ReadJobs() {
-    std::error_code unknown;
-    for (const auto& entry : std::filesystem::directory_iterator(folder_, unknown)) {
-      const std::string path = entry.path().string();
-      if (!entry.path().filename().string().starts_with("job-")) continue;
+    for (const std::string& path : JobFolders(folder_)) {
       Result<std::optional<SlurmJob>> job =
           ReadJob(path, [this](const std::string& key) { return waiting_.contains(key); });
       if (!job) {
@@ -99,7 +89,7 @@ class SlurmEngine {
         jobs_.push_back(std::move(**job));
       } else {
         // It was not submitted.
-        std::filesystem::remove_all(path, unknown);
+        RemoveJob(path);
       }
     }
   }
@@ -143,7 +133,7 @@ class SlurmEngine {
     }
     if (job->id.empty()) job->id = queue->id;
     if (RunsForNobody(*job)) {
-      CancelJob(job->id);
+      CancelJob(job->id, job->name);
       for (SlurmTask& task : job->tasks) task.ended = true;
       return {};
     }
@@ -263,26 +253,32 @@ class SlurmEngine {
     const int jobs = options_.jobs > 0 ? options_.jobs : slurm.cpus;
     // The numbers of tasks lie below that of the largest array, and begin with 1.
     const int most = std::min(kMostTasks, MaxArraySize(going_on()) - 1);
-    Result<SlurmJob> job =
-        WriteJob(NewFolder(), *name, rows, {slurm.chunk_s * jobs, most}, &source_);
-    if (!job) return Fail(job.error().message);
+    const std::string folder = NewFolder();
+    Result<std::optional<SlurmJob>> whole =
+        WriteJob(folder, *name, rows, {slurm.chunk_s * jobs, most}, &source_);
+    if (!whole) return Fail(whole.error().message);
+    if (!*whole) {
+      RemoveJob(folder);
+      return {};
+    }
+    SlurmJob& job = **whole;
     // Its name is on the disk before Slurm knows it: whatever ends this process between the two,
     // the next one finds the job.
     Result<void> written =
-        WriteFile(job->ScriptPath(), TaskScript(*job, *binary, jobs, options_.timeout_s));
-    if (written) written = WriteJobState(*job);
+        WriteFile(job.ScriptPath(), TaskScript(job, *binary, jobs, options_.timeout_s));
+    if (written) written = WriteJobState(job);
     if (!written) return Fail(written.error().message);
-    job->submitted_here = true;
-    for (const auto& [node, reason] : refusals_) job->excluded.insert(node);
-    const Result<std::string> id = SubmitJob(SubmitWords(*job, jobs), going_on());
-    if (!id && CaughtSignal() == 0) {
-      std::error_code unknown;
-      std::filesystem::remove_all(job->folder, unknown);
+    job.submitted_here = true;
+    for (const auto& [node, reason] : refusals_) job.excluded.insert(node);
+    const Result<std::string> id = SubmitJob(SubmitWords(job, jobs));
+    if (!id && source_.GoOn()) {
+      CancelJob("", job.name);
+      RemoveJob(folder);
       if (!refusals_.empty()) return NoEngine(NoNodes());
       return NoEngine("Slurm does not take the job: " + id.error().message);
     }
-    if (id) job->id = *id;
-    jobs_.push_back(std::move(*job));
+    if (id) job.id = *id;
+    jobs_.push_back(std::move(job));
     written = WriteJobState(jobs_.back());
     if (!written) return Fail(written.error().message);
     return {};
@@ -353,11 +349,15 @@ class SlurmEngine {
     for (const SlurmJob& job : jobs_) {
       const auto is_open = [](const SlurmTask& task) { return !task.ended; };
       const bool open = std::ranges::any_of(job.tasks, is_open);
-      if (open && !done && options_.once) CancelJob(job.id);
+      if (open && !done && options_.once) CancelJob(job.id, job.name);
       if (open && !done && !job.id.empty()) going.push_back(job.id);
-      if (done || !open) std::filesystem::remove_all(job.folder, unknown);
+      if (done || !open) RemoveJob(job.folder);
     }
-    if (done) std::filesystem::remove_all(folder_, unknown);
+    if (done) {
+      // Of some of them nothing could be read.
+      for (const std::string& folder : JobFolders(folder_)) RemoveJob(folder);
+      std::filesystem::remove(folder_, unknown);
+    }
     if (!going.empty() && !options_.once) {
       Say("Slurm goes on with job {}: the same command takes the results in, scancel {} ends it\n",
           fmt::join(going, ", "), fmt::join(going, " "));

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "compiler/base/quantity.h"
 #include "tools/base/files.h"
 #include "tools/sweep/sweep_estimate.h"
 
@@ -33,16 +34,19 @@ class JobWriter {
     least_rows_ = (count + chunks - 1) / chunks;
   }
 
-  Result<void> Write() {
+  /// Whether it has written all of them.
+  Result<bool> Write() {
     for (const SlurmRow& row : rows_) {
+      if (!source_.GoOn()) return false;
       Result<RowInputs> inputs = source_.Inputs(row.task.key);
       if (!inputs) return Fail(inputs.error().message);
       RowTask task = row.task;
       task.inputs = std::move(*inputs);
       if (rate_ == 0) rate_ = WallTimeOfSecond(&source_, task);
-      if (Result<void> put = Put(task, row.tries); !put) return put;
+      if (Result<void> put = Put(task, row.tries); !put) return Fail(put.error().message);
     }
-    return EndChunk();
+    if (Result<void> ended = EndChunk(); !ended) return Fail(ended.error().message);
+    return source_.GoOn();
   }
 
  private:
@@ -117,16 +121,39 @@ std::string SlurmJob::OutputPath(int task) const {
 }
 std::string SlurmJob::ScriptPath() const { return folder + "/task.sh"; }
 
-Result<SlurmJob> WriteJob(const std::string& folder, const std::string& name,
-                          const std::vector<SlurmRow>& rows, const ChunkSize& size,
-                          RowSource* source) {
+Result<std::optional<SlurmJob>> WriteJob(const std::string& folder, const std::string& name,
+                                         const std::vector<SlurmRow>& rows, const ChunkSize& size,
+                                         RowSource* source) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return Fail(fmt::format("cannot make {}: {}", folder, error.message()));
   SlurmJob job = {folder, name, "", {}, {}};
-  const Result<void> written = JobWriter(&job, rows, size, source).Write();
+  const Result<bool> written = JobWriter(&job, rows, size, source).Write();
   if (!written) return Fail(written.error().message);
-  return job;
+  return *written ? std::optional(std::move(job)) : std::nullopt;
+}
+
+std::vector<std::string> JobFolders(const std::string& folder) {
+  std::error_code unknown;
+  std::vector<std::string> folders;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, unknown)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("job-") && ReadNumber<int>(std::string_view(name).substr(4)))
+      folders.push_back(entry.path().string());
+  }
+  return folders;
+}
+
+void RemoveJob(const std::string& folder) {
+  std::error_code unknown;
+  // A file of results is the first thing that is written.
+  for (const auto& entry : std::filesystem::directory_iterator(folder, unknown)) {
+    if (!entry.path().filename().string().starts_with("results-")) continue;
+    std::filesystem::remove_all(folder, unknown);
+    return;
+  }
+  // This one removes nothing but an empty folder.
+  std::filesystem::remove(folder, unknown);
 }
 
 Result<void> WriteJobState(const SlurmJob& job) {

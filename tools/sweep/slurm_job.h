@@ -67,10 +67,11 @@ struct ChunkSize {
 };
 
 /// Writes the folder of a job with these rows, in their order, and everything in it. The job has no
-/// id yet. Fails if a file cannot be written, or as `source` does.
-Result<SlurmJob> WriteJob(const std::string& folder, const std::string& name,
-                          const std::vector<SlurmRow>& rows, const ChunkSize& size,
-                          RowSource* source);
+/// id yet. Nothing, if `source` wants to stop before that is done. Fails if a file cannot be
+/// written, or as `source` does.
+Result<std::optional<SlurmJob>> WriteJob(const std::string& folder, const std::string& name,
+                                         const std::vector<SlurmRow>& rows, const ChunkSize& size,
+                                         RowSource* source);
 
 /// Writes what is known of the job, so that another process can go on with it.
 Result<void> WriteJobState(const SlurmJob& job);
@@ -79,6 +80,12 @@ Result<void> WriteJobState(const SlurmJob& job);
 /// what is known of the job is damaged; nothing, if it was never written whole.
 Result<std::optional<SlurmJob>> ReadJob(const std::string& folder,
                                         const std::function<bool(const std::string& key)>& wanted);
+
+/// The folders of jobs that lie in `folder`: job-1, job-2, ….
+std::vector<std::string> JobFolders(const std::string& folder);
+/// Removes the folder of a job with everything in it. One that holds other things than a job's
+/// stays.
+void RemoveJob(const std::string& folder);
 
 /// The script of the tasks: runs the chunk of its task by the program at `binary`.
 std::string TaskScript(const SlurmJob& job, const std::string& binary, int jobs, double timeout_s);

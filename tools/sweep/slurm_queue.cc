@@ -62,11 +62,10 @@ SlurmQueue ReadQueue(const std::string& text) {
   return queue;
 }
 
-Result<std::string> SubmitJob(const std::vector<std::string>& words,
-                              const std::function<bool()>& go_on) {
+Result<std::string> SubmitJob(const std::vector<std::string>& words) {
   std::vector<std::string> argv = {"sbatch", "--parsable"};
   argv.insert(argv.end(), words.begin(), words.end());
-  const Result<ProgramOutput> done = RunProgram(std::move(argv), go_on);
+  const Result<ProgramOutput> done = RunProgram(std::move(argv), [] { return true; });
   if (!done) return Fail(done.error().message);
   // "17", or of one of several clusters "17;name".
   std::string id = LastLine(done->output);
@@ -111,8 +110,10 @@ int MaxArraySize(const std::function<bool()>& go_on) {
   return kUsualArraySize;
 }
 
-void CancelJob(const std::string& id) {
-  if (!id.empty()) static_cast<void>(RunProgram({"scancel", id}, [] { return true; }));
+void CancelJob(const std::string& id, const std::string& name) {
+  std::vector<std::string> argv = {"scancel", id};
+  if (id.empty()) argv = {"scancel", "--me", "--name=" + name};
+  static_cast<void>(RunProgram(std::move(argv), [] { return true; }));
 }
 
 }  // namespace morphbus::tools

@@ -37,20 +37,20 @@ struct SlurmQueue {
 SlurmQueue ReadQueue(const std::string& text);
 
 /// Submits a job and returns its id: `words` go to sbatch, and the last of them is the script. The
-/// error has sbatch's own words. `go_on` is as in RunProgram, here and below.
-Result<std::string> SubmitJob(const std::vector<std::string>& words,
-                              const std::function<bool()>& go_on);
+/// error has sbatch's own words; Slurm may have taken the job all the same. sbatch is waited for
+/// whatever happens, for one that is stopped leaves a job of which nobody knows.
+Result<std::string> SubmitJob(const std::vector<std::string>& words);
 
 /// Where the tasks of a job of one's own stand. It is found by its name, which no other one has,
 /// among all jobs if `id` is empty. No tasks, if Slurm does not know it any more. Fails if Slurm
-/// does not answer.
+/// does not answer. `go_on` is as in RunProgram, here and below.
 Result<SlurmQueue> AskQueue(const std::string& id, const std::string& name,
                             const std::function<bool()>& go_on);
 
 /// The number below which those of array tasks have to be; Slurm's default where it does not say.
 int MaxArraySize(const std::function<bool()>& go_on);
 
-/// Ends a job, if there is one.
-void CancelJob(const std::string& id);
+/// Ends a job, if there is one; by its name if its id is not known.
+void CancelJob(const std::string& id, const std::string& name);
 
 }  // namespace morphbus::tools
