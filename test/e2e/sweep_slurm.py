@@ -31,7 +31,7 @@ class SlurmCase(SweepCase):
         self.binary = self.folder / 'there' / 'morphbus'
         self.binary.parent.mkdir()
         shutil.copy(BIN / 'morphbus', self.binary)
-        self.jobs = self.folder / 's.sweep.jobs'
+        self.jobs = self.folder / 's.sweep.db.jobs'
 
     def engine(self, more='chunk = 0.001\n', binary=None):
         """The table; by default each row is a task of its own."""

@@ -309,8 +309,7 @@ int RunMissing(SweepStore* store, const SweepOptions& options,
   if (last) (*rows)->set_label(last->label);
   const EngineResult run =
       RunByEngine({options.engines, options.jobs, options.timeout,
-                   std::filesystem::path(store->path()).replace_extension(".jobs").string(), false,
-                   options.detach},
+                   store->path() + ".jobs", false, options.detach, options.retry},
                   rows->get());
   const Result<void> settled = (*rows)->Settle();
   if (run && settled) return kDone;
@@ -323,7 +322,7 @@ int RunMissing(SweepStore* store, const SweepOptions& options,
 
 EngineResult RunAgain(RowSource* rows, const SweepStore& store, const SweepOptions& options,
                       bool logs) {
-  EngineOptions engine = {options.engines, options.jobs, options.timeout, "", true, false};
+  EngineOptions engine = {options.engines, options.jobs, options.timeout, "", true, false, false};
   // The logs are to be on this machine, whose program makes them.
   if (logs && engine.settings.kind == EngineKind::kSsh) {
     engine.settings.kind = EngineKind::kLocal;
@@ -331,7 +330,7 @@ EngineResult RunAgain(RowSource* rows, const SweepStore& store, const SweepOptio
   }
   if (engine.settings.kind == EngineKind::kSlurm) {
     // Two of these may be under way, and neither is to take the other's results.
-    engine.folder = std::filesystem::path(store.path()).replace_extension(".jobs.XXXXXX").string();
+    engine.folder = store.path() + ".jobs.XXXXXX";
     if (mkdtemp(engine.folder.data()) == nullptr) {
       return Fail(fmt::format("cannot make {}: {}", engine.folder, std::strerror(errno)));
     }

@@ -24,6 +24,9 @@ struct EngineOptions {
   bool once = false;
   /// Leave once a batch system has everything.
   bool detach = false;
+  /// Rows that failed are wanted again, so that a failure which an earlier call's job has left is
+  /// not taken.
+  bool retry = false;
 };
 
 /// Why an engine could not go on.

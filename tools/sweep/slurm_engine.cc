@@ -100,6 +100,7 @@ class SlurmEngine {
       for (SlurmJob& job : jobs_) {
         if (EngineResult followed = Follow(&job); !followed) return followed;
       }
+      first_look_ = false;
       if (waiting_.empty() || !source_.GoOn()) return {};
       const std::vector<SlurmRow> rows = RowsWithoutTask();
       if (!rows.empty()) {
@@ -168,6 +169,10 @@ class SlurmEngine {
     return task->results.ReadNew([&](const PlacedResult& one) -> Result<void> {
       ++task->results_seen;
       task->left.erase(one.key);
+      // A failure from before this call: its row has no task now, and is submitted again.
+      const bool old_failure =
+          options_.retry && first_look_ && one.result.status != RowResult::Status::kRan;
+      if (old_failure) return {};
       return TakeResult(one.key, one.result);
     });
   }
@@ -376,6 +381,8 @@ class SlurmEngine {
   std::vector<SlurmJob> jobs_;
   /// Nodes without the program, and what they say.
   std::map<std::string, std::string> refusals_;
+  /// What there is now comes from earlier calls.
+  bool first_look_ = true;
   bool silence_told_ = false;
 };
 
