@@ -144,6 +144,7 @@ class SlurmEngine {
       const bool known = found != queue->tasks.end();
       if (known && !found->second.ended()) {
         task.seen = true;
+        if (found->second.held()) TellHold(*job, found->second.reason);
       } else if (!task.ended) {
         task.ended = true;
         ends.emplace_back(&task, known ? found->second : SlurmTaskState());
@@ -153,6 +154,14 @@ class SlurmEngine {
       if (EngineResult looked = LookAtEnd(*job, task, state); !looked) return looked;
     }
     return {};
+  }
+
+  /// Says why Slurm may never run a task, once of each reason.
+  void TellHold(const SlurmJob& job, const std::string& reason) {
+    // What stands behind a comma are nodes, which come and go.
+    const std::string why = EscapeControl(reason.substr(0, reason.find(',')));
+    if (!holds_told_.emplace(job.name, why).second) return;
+    Warn(fmt::format("Slurm holds job {0} ({1}); scontrol show job {0} says more", job.id, why));
   }
 
   /// Whether rows are still to be run in it that are not asked for: those that are would have to
@@ -381,6 +390,8 @@ class SlurmEngine {
   std::vector<SlurmJob> jobs_;
   /// Nodes without the program, and what they say.
   std::map<std::string, std::string> refusals_;
+  /// Names of jobs, and why Slurm holds them.
+  std::set<std::pair<std::string, std::string>> holds_told_;
   /// What there is now comes from earlier calls.
   bool first_look_ = true;
   bool silence_told_ = false;

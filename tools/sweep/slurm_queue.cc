@@ -41,6 +41,15 @@ bool SlurmTaskState::ended() const {
   return std::ranges::find(kEnds, state) != kEnds.end();
 }
 
+bool SlurmTaskState::held() const {
+  // One that has never been looked at by the scheduler has no reason yet.
+  static constexpr std::array<std::string_view, 11> kPass = {
+      "",         "None",     "Resources", "Priority", "BeginTime",        "Dependency",
+      "Licenses", "Cleaning", "Prolog",    "Reservation", "JobArrayTaskLimit"};
+  const bool waits = state == "PENDING" || state == "REQUEUE_HOLD" || state == "SPECIAL_EXIT";
+  return waits && std::ranges::find(kPass, reason) == kPass.end();
+}
+
 SlurmQueue ReadQueue(const std::string& text) {
   SlurmQueue queue;
   std::istringstream lines(text);

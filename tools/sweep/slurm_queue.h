@@ -24,6 +24,9 @@ struct SlurmTaskState {
 
   /// Whether it has ended for good: one that Slurm puts into the queue again has not.
   [[nodiscard]] bool ended() const;
+  /// Whether it waits for something that need not come by itself: somebody holds it, or no node and
+  /// no limit lets it run.
+  [[nodiscard]] bool held() const;
 };
 
 /// A job as Slurm knows it.
