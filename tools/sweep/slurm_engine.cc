@@ -193,10 +193,30 @@ class SlurmEngine {
     if (found == waiting_.end()) return {};
     const std::vector<int> indices = std::move(found->second);
     waiting_.erase(found);
+    // Of equal rows the first one was run (RowsWithoutTask).
+    const std::string& log = rows_[static_cast<size_t>(indices.front())].log;
     for (const int index : indices) {
-      Result<void> taken = source_.Take(rows_[static_cast<size_t>(index)], result);
+      const RowTask& row = rows_[static_cast<size_t>(index)];
+      Result<void> taken = CopyLog(result, log, row.log);
+      if (taken) taken = source_.Take(row, result);
       if (!taken) return taken;
     }
+    return {};
+  }
+
+  /// Gives a row the log of another one of equal inputs.
+  static Result<void> CopyLog(const RowResult& result, const std::string& log,
+                              const std::string& copy) {
+    std::error_code error;
+    if (copy.empty() || copy == log) return {};
+    // A run that crashes leaves none.
+    const bool ran = result.status == RowResult::Status::kRan;
+    if (!ran && !std::filesystem::exists(log, error)) return {};
+    // A log that is there is whole.
+    const std::string part = copy + ".part";
+    std::filesystem::copy_file(log, part, std::filesystem::copy_options::overwrite_existing, error);
+    if (!error) std::filesystem::rename(part, copy, error);
+    if (error) return Fail(fmt::format("cannot copy {} to {}: {}", log, copy, error.message()));
     return {};
   }
 
