@@ -30,9 +30,9 @@ class SweepCase(Case):
         data, = re.findall(r"<script type='application/json' id='rows'>(.*?)</script>", page.read_text(), re.S)
         return json.loads(data)
 
-    def start(self, *arguments, **options):
-        """A sweep that goes on beside the test, and ends with it."""
-        process = subprocess.Popen(command('sweep', *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+    def start(self, *arguments, search=False, **options):
+        """A sweep, or a search, that goes on beside the test, and ends with it."""
+        process = subprocess.Popen(command('optimise' if search else 'sweep', *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
         self.addCleanup(process.communicate)
         self.addCleanup(process.kill)
         return process

@@ -37,6 +37,23 @@ class SlurmCase(SweepCase):
         """The table; by default each row is a task of its own."""
         return f'[engine]\nkind = "slurm"\nbinary = "{binary or self.binary}"\n{more}'
 
+    def sbatch(self, script):
+        """An environment in which `sbatch` is this script, of which `real` is Slurm's own. Each call leaves a line."""
+        folder = self.folder / 'bin'
+        folder.mkdir()
+        program = folder / 'sbatch'
+        program.write_text(f'#!/bin/sh\ncalls={self.folder}/calls\necho >> $calls\nreal() {{ {shutil.which("sbatch")} "$@"; }}\n{script}')
+        program.chmod(0o755)
+        return {**os.environ, 'PATH': f'{folder}:{os.environ["PATH"]}'}
+
+    def calls(self):
+        path = self.folder / 'calls'
+        return path.read_text().count('\n') if path.exists() else 0
+
+    def queue(self):
+        """The ids of the jobs that wait or run."""
+        return wait_for('squeue', '-h', '-o', '%F').split()
+
     def expected(self, text):
         """What the rows have to be, by processes of this machine."""
         morphbus('sweep', self.sweep_file(text, 'expected'), '--engine', 'local')
@@ -94,14 +111,6 @@ class Rows(SlurmCase):
     def hosts(self):
         return {row['host'] for row in json.loads(morphbus('sweep', 'export', self.database(), '--to', 'json').stdout)}
 
-    def test_a_search_finds_the_same(self):
-        search = ''.join(line + '\n' for line in SMALL.splitlines() if '[' not in line) + \
-            'maximise = "path_length"\npopulation = 5\ngenerations = 2\n[search.MOLECUBE.swivel]\nspeed = {from = 1, to = 6}\n'
-        best = []
-        for name, engine in (('here', ''), ('there', self.engine())):
-            best.append(as_json('optimise', self.sweep_file(search + engine, name))['best'])
-        self.assertEqual(best[0], best[1])
-
     def test_a_node_that_is_killed_in_the_middle(self):
         # Enough rows that both nodes have some left.
         text = SMALL.replace('0.2\n', '1\n', 1).replace('[1, 2]', '[1, 2, 3, 4]')
@@ -119,6 +128,48 @@ class Rows(SlurmCase):
         output, errors = process.communicate(timeout=LIMIT)
         self.assertEqual(process.returncode, 0, output + errors)
         self.assertEqual(self.rows(self.database()), expected)
+
+
+class Searches(SlurmCase):
+    SEARCH = ''.join(line + '\n' for line in SMALL.splitlines() if '[' not in line) + \
+        'maximise = "path_length"\npopulation = 5\ngenerations = 2\n[search.MOLECUBE.swivel]\nspeed = {from = 1, to = 6}\n'
+
+    def best(self, engine, name):
+        return as_json('optimise', self.sweep_file(self.SEARCH + engine, name))['best']
+
+    def interrupted(self, file, env, calls):
+        """A search that was left with this job of its."""
+        process = self.start(file, search=True, env=env)
+        await_condition(lambda: self.calls() == calls, 'the job is submitted')
+        job = self.job()
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=LIMIT)
+        self.assertEqual(process.returncode, 1, output + errors)
+        self.assertIn(f'Slurm goes on with job {job}', errors)
+        return job
+
+    def test_a_search_finds_the_same(self):
+        self.assertEqual(self.best('', 'here'), self.best(self.engine(), 'there'))
+
+    def test_a_generation_that_runs_is_gone_on_with(self):
+        file = self.sweep_file(self.SEARCH + self.engine())
+        # The jobs are what there is without a search, and two generations, of which the second one waits for this test.
+        env = self.sbatch('[ $(wc -l < $calls) -lt 3 ] || hold=--hold\nreal $hold "$@"\n')
+        job = self.interrupted(file, env, 3)
+        wait_for('scontrol', 'release', job)
+        await_condition(lambda: job not in self.queue(), 'the job is done', pause=0.2)
+        self.assertEqual(as_json('optimise', file, env=env)['best'], self.best('', 'here'))
+        self.assertEqual(self.calls(), 3)
+        self.assertFalse(self.jobs.exists())
+
+    def test_a_job_for_which_no_generation_waits_is_ended(self):
+        file = self.sweep_file(self.SEARCH + self.engine())
+        job = self.interrupted(file, self.sbatch('real --hold "$@"\n'), 1)
+        morphbus('optimise', file, '--engine', 'local')
+        self.assertIn(job, self.queue())
+        morphbus('optimise', file)
+        self.assertNotIn(job, self.queue())
+        self.assertFalse(self.jobs.exists())
 
 
 class Jobs(SlurmCase):
@@ -170,6 +221,16 @@ class Jobs(SlurmCase):
         self.assertEqual([row['status'] for row in self.rows(self.database())], ['done', 'done'])
         # Nor does it go on for nobody.
         await_condition(lambda: not self.workers(), 'the job is ended')
+
+    def test_a_signal_while_sbatch_runs_leaves_no_job_behind(self):
+        file = self.sweep_file(ARM + 'seconds = [0.1, 0.2]\n' + self.engine())
+        morphbus('sweep', file, '--engine', 'local')
+        # Slurm has the job, and its id is lost.
+        env = self.sbatch('real --hold "$@" > /dev/null\nkill -INT $PPID\nexit 1\n')
+        morphbus('sweep', 'verify', file, '--sample', 1, status=1, env=env)
+        self.assertEqual(self.calls(), 1)
+        await_condition(lambda: not self.queue(), 'the job is cancelled', pause=0.2)
+        self.assertFalse(list(self.folder.glob('*.jobs*')))
 
     def test_a_job_that_is_put_back_goes_on_where_it_was(self):
         text = ARM + f'seconds = [0.1, {ENDLESS}, 0.2]\n'

@@ -14,6 +14,7 @@
 #include "tools/base/files.h"
 #include "tools/machine/program_output.h"
 #include "tools/sweep/chunk_stream.h"
+#include "tools/sweep/slurm_engine.h"
 #include "tools/sweep/slurm_job.h"
 #include "tools/sweep/slurm_queue.h"
 #include "tools/sweep/sweep_file.h"
@@ -276,6 +277,180 @@ TEST(QueueTest, WhatSlurmSaysIsRead) {
   EXPECT_TRUE(queue.tasks.at(4).ended());
   EXPECT_EQ(queue.tasks.at(4).reason, "Reason, of more words");
   EXPECT_TRUE(ReadQueue("").tasks.empty());
+  // What passes by itself is no hold.
+  for (const char* pass : {"", "None", "Resources", "Priority", "BeginTime"}) {
+    EXPECT_FALSE((SlurmTaskState{"PENDING", "", pass, 0}).held()) << pass;
+  }
+  EXPECT_TRUE((SlurmTaskState{"PENDING", "", "launch failed requeued held", 0}).held());
+  EXPECT_FALSE((SlurmTaskState{"RUNNING", "", "PartitionTimeLimit", 0}).held());
+}
+
+/// Rows of a test, which nobody can run.
+class ListedRows : public RowSource {
+ public:
+  Result<std::optional<RowTask>> Next() override {
+    if (next_ == rows.size()) return std::optional<RowTask>();
+    return std::optional(rows[next_++]);
+  }
+  Result<RowInputs> Inputs(const std::string& /*key*/) override {
+    ++written;
+    return RowInputs{{}, "own"};
+  }
+  Result<std::string> Part(const std::string& /*hash*/) override { return Fail("no parts"); }
+  Result<void> Take(const RowTask& /*task*/, const RowResult& /*result*/) override {
+    ++taken;
+    return {};
+  }
+  Result<void> Settle() override { return settled; }
+  bool GoOn() override { return on(); }
+
+  std::vector<RowTask> rows;
+  std::function<bool()> on = [] { return true; };
+  Result<void> settled;
+  int written = 0, taken = 0;
+
+ private:
+  size_t next_ = 0;
+};
+
+/// The engine, with commands in the place of Slurm's that say what a test wants.
+class SlurmEngineTest : public EnginesTest {
+ protected:
+  SlurmEngineTest() {
+    std::filesystem::create_directory(Path("bin"));
+    setenv("PATH", (Path("bin") + ":" + path_).c_str(), 1);
+    for (const char* name : {"sbatch", "squeue", "scontrol", "scancel"}) SetProgram(name, ":");
+    options_.settings.kind = EngineKind::kSlurm;
+    options_.settings.binary = "/bin/morphbus";
+    options_.folder = Path("s.db.jobs");
+    options_.detach = true;
+    for (const int place : {1, 2}) rows_.rows.push_back(TaskOf(place, {}));
+  }
+  ~SlurmEngineTest() override { setenv("PATH", path_.c_str(), 1); }
+
+  /// Each call of a command leaves a line with its words.
+  void SetProgram(const std::string& name, const std::string& script) const {
+    const std::string file = Path("bin/" + name);
+    std::ofstream(file) << "#!/bin/sh\necho \"$@\" >>" << Path(name + "-calls") << "\n"
+                        << script << "\n";
+    std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+  }
+  [[nodiscard]] std::vector<std::string> CallsOf(const std::string& name) const {
+    return WrittenLines(ReadFile(Path(name + "-calls")).value_or(""));
+  }
+
+  /// A job that an earlier call has left, with this result for its two rows.
+  void LeaveJob(const RowResult& result) const {
+    SlurmJob job = {options_.folder + "/job-1", "morphbus-s-01234567", "17", {}, {}};
+    job.tasks.emplace_back(1, 1, job.ResultsPath(1));
+    std::filesystem::create_directories(job.folder);
+    std::ofstream(job.ChunkPath(1))
+        << ChunkLine() << RowLine(TaskOf(1, {})) << RowLine(TaskOf(2, {}));
+    std::ofstream(job.ResultsPath(1))
+        << ResultLine(1, "key1", result) << ResultLine(2, "key2", result);
+    ASSERT_TRUE(WriteJobState(job));
+  }
+
+  const std::string path_ = std::getenv("PATH");
+  EngineOptions options_;
+  ListedRows rows_;
+};
+
+TEST_F(SlurmEngineTest, WhatStopsItWhileItWritesAJobIsSaid) {
+  rows_.on = [this] { return rows_.written == 0; };
+  rows_.settled = Fail("the disk is full");
+  const EngineResult run = RunOnSlurm(options_, &rows_);
+  ASSERT_FALSE(run);
+  EXPECT_EQ(run.error().message, "the disk is full");
+  EXPECT_FALSE(run.error().unusable);
+  EXPECT_TRUE(CallsOf("sbatch").empty());
+  EXPECT_TRUE(JobFolders(options_.folder).empty());
+}
+
+TEST_F(SlurmEngineTest, SbatchIsNotStopped) {
+  SetProgram("sbatch", "echo 17");
+  rows_.on = [this] { return CallsOf("sbatch").empty(); };
+  ASSERT_TRUE(RunOnSlurm(options_, &rows_));
+  const std::vector<std::string> folders = JobFolders(options_.folder);
+  ASSERT_EQ(folders.size(), 1u);
+  EXPECT_EQ((*ReadJob(folders[0], [](const std::string&) { return true; }))->id, "17");
+}
+
+TEST_F(SlurmEngineTest, AJobWithoutAnIdIsCancelledByItsName) {
+  // Slurm may have it all the same.
+  SetProgram("sbatch", "echo late >&2; exit 1");
+  options_.once = true;
+  rows_.on = [this] { return CallsOf("sbatch").empty(); };
+  ASSERT_TRUE(RunOnSlurm(options_, &rows_));
+  ASSERT_EQ(CallsOf("scancel").size(), 1u);
+  EXPECT_TRUE(CallsOf("scancel")[0].starts_with("--me --name=morphbus-s-"));
+  EXPECT_FALSE(std::filesystem::exists(options_.folder));
+  // So it is where nobody wants to stop.
+  ListedRows others;
+  others.rows = rows_.rows;
+  const EngineResult run = RunOnSlurm(options_, &others);
+  ASSERT_FALSE(run);
+  EXPECT_EQ(run.error().message, "Slurm does not take the job: late");
+  EXPECT_EQ(CallsOf("scancel").size(), 2u);
+}
+
+TEST_F(SlurmEngineTest, OnlyItsOwnFoldersGo) {
+  LeaveJob(NewResult());
+  for (const char* theirs : {"job-9", "job-list"}) {
+    std::filesystem::create_directory(options_.folder + "/" + theirs);
+    std::ofstream(options_.folder + "/" + theirs + "/data") << "theirs";
+  }
+  ASSERT_TRUE(RunOnSlurm(options_, &rows_));
+  EXPECT_EQ(rows_.taken, 2);
+  EXPECT_FALSE(std::filesystem::exists(options_.folder + "/job-1"));
+  EXPECT_TRUE(std::filesystem::exists(options_.folder + "/job-9/data"));
+  EXPECT_TRUE(std::filesystem::exists(options_.folder + "/job-list/data"));
+}
+
+TEST_F(SlurmEngineTest, ARetryTakesNoOldFailure) {
+  LeaveJob(NewResult());
+  SetProgram("sbatch", "echo 18");
+  options_.retry = true;
+  ASSERT_TRUE(RunOnSlurm(options_, &rows_));
+  EXPECT_EQ(rows_.taken, 0);
+  EXPECT_EQ(rows_.written, 2);
+  EXPECT_EQ(CallsOf("sbatch").size(), 1u);
+  // What is done is taken.
+  RowResult done = NewResult();
+  done.status = RowResult::Status::kRan;
+  std::filesystem::remove_all(options_.folder);
+  LeaveJob(done);
+  ListedRows others;
+  others.rows = rows_.rows;
+  ASSERT_TRUE(RunOnSlurm(options_, &others));
+  EXPECT_EQ(others.taken, 2);
+}
+
+TEST_F(SlurmEngineTest, AHoldIsToldOnce) {
+  SetProgram("sbatch", "echo 17");
+  SetProgram("squeue", fmt::format("printf '{:16}{:24}{:24}{:16}{:96}{:96}\\n'", "1", "17",
+                                   "PENDING", "0", "n/a", "launch failed requeued held"));
+  options_.detach = false;
+  rows_.on = [this] { return CallsOf("squeue").size() < 3; };
+  testing::internal::CaptureStderr();
+  ASSERT_TRUE(RunOnSlurm(options_, &rows_));
+  const std::string said = testing::internal::GetCapturedStderr();
+  const std::string hold = "Slurm holds job 17 (launch failed requeued held)";
+  EXPECT_NE(said.find(hold), std::string::npos) << said;
+  EXPECT_EQ(said.find(hold), said.rfind(hold)) << said;
+}
+
+TEST_F(SlurmEngineTest, EqualRowsHaveALogEach) {
+  RowResult done = NewResult();
+  done.status = RowResult::Status::kRan;
+  LeaveJob(done);
+  rows_.rows = {TaskOf(1, {}), TaskOf(1, {})};
+  rows_.rows[0].log = Path("first.log");
+  rows_.rows[1].log = Path("second.log");
+  std::ofstream(Path("first.log")) << "log";
+  ASSERT_TRUE(RunOnSlurm(options_, &rows_));
+  EXPECT_EQ(rows_.taken, 2);
+  EXPECT_EQ(ReadFile(Path("second.log")).value_or(""), "log");
 }
 
 TEST(ProgramOutputTest, AProgramSaysWhatItSays) {

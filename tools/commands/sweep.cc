@@ -308,8 +308,8 @@ int RunMissing(SweepStore* store, const SweepOptions& options,
   if (last && (*rows)->rows() == 0) return kDone;
   if (last) (*rows)->set_label(last->label);
   const EngineResult run =
-      RunByEngine({options.engines, options.jobs, options.timeout,
-                   store->path() + ".jobs", false, options.detach, options.retry},
+      RunByEngine({options.engines, options.jobs, options.timeout, store->path() + ".jobs", false,
+                   options.detach, options.retry},
                   rows->get());
   const Result<void> settled = (*rows)->Settle();
   if (run && settled) return kDone;

@@ -44,7 +44,7 @@ bool SlurmTaskState::ended() const {
 bool SlurmTaskState::held() const {
   // One that has never been looked at by the scheduler has no reason yet.
   static constexpr std::array<std::string_view, 11> kPass = {
-      "",         "None",     "Resources", "Priority", "BeginTime",        "Dependency",
+      "",         "None",     "Resources", "Priority",    "BeginTime",        "Dependency",
       "Licenses", "Cleaning", "Prolog",    "Reservation", "JobArrayTaskLimit"};
   const bool waits = state == "PENDING" || state == "REQUEUE_HOLD" || state == "SPECIAL_EXIT";
   return waits && std::ranges::find(kPass, reason) == kPass.end();
