@@ -72,7 +72,9 @@ class Search {
     Result<std::vector<RunPoint>> points = PointsOf(search_.sweep);
     if (!points) return Refuse(points.error().message);
     points_ = std::move(*points);
-    // First as it is without any search, to tell what was gained.
+    // First as it is without any search, to tell what was gained. Until that has run no goal of it
+    // is known.
+    outcome_.shipped.goals.resize(search_.goals.size());
     std::optional<std::vector<SearchCandidate>> shipped = Evaluate({{}}, "as it is: ");
     if (!shipped) return std::nullopt;
     if (outcome_.stopped) return std::move(outcome_);
