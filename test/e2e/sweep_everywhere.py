@@ -9,9 +9,8 @@ import time
 import unittest
 
 import slurm_cluster
-from support import LIMIT, SOURCE, await_condition
-from sweep import children_of
-from sweep_case import SweepCase
+from support import LIMIT, SOURCE
+from sweep_case import SweepCase, children_of
 from sweep_slurm import SlurmCase
 from sweep_ssh import HOSTS, SshCase
 
@@ -90,11 +89,7 @@ class OnSlurm(Worms, SlurmCase):
     def test_3_a_node_dies_in_the_middle(self):
         process = self.start(self.worms(self.engine('chunk = 10\n')))
         self.await_results(ROWS // 4)
-
-        def on_second():
-            there = self.cluster.processes_of('n2')
-            return [pid for pid in self.workers() if pid in there and children_of(pid)]
-        await_condition(on_second, 'a row runs on n2')
+        self.await_row_on('n2')
         self.cluster.kill_node('n2')
         self.addCleanup(self.cluster.await_idle, 'n1', 'n2')
         self.addCleanup(self.cluster.start_node, 'n2')

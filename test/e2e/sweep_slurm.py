@@ -3,7 +3,6 @@
 waits for them."""
 import json
 import os
-import pathlib
 import shutil
 import signal
 import tempfile
@@ -12,8 +11,7 @@ import unittest
 import slurm_cluster
 from slurm_cluster import Cluster, wait_for
 from support import BIN, LIMIT, as_json, await_condition, morphbus
-from sweep import ARM, ENDLESS, SMALL, children_of
-from sweep_case import SweepCase
+from sweep_case import ARM, ENDLESS, SMALL, SweepCase, children_of, workers_of
 
 
 class SlurmCase(SweepCase):
@@ -54,11 +52,6 @@ class SlurmCase(SweepCase):
         """The ids of the jobs that wait or run."""
         return wait_for('squeue', '-h', '-o', '%F').split()
 
-    def expected(self, text):
-        """What the rows have to be, by processes of this machine."""
-        morphbus('sweep', self.sweep_file(text, 'expected'), '--engine', 'local')
-        return self.rows(self.database('expected'))
-
     def tasks_of(self, job):
         return {task: row for task, row in self.cluster.tasks().items() if task.startswith(f'{job}_')}
 
@@ -75,15 +68,13 @@ class SlurmCase(SweepCase):
 
     def workers(self):
         """The processes that Slurm has started, on all nodes."""
-        found = []
-        for folder in pathlib.Path('/proc').glob('[0-9]*'):
-            try:
-                words = (folder / 'cmdline').read_bytes().decode(errors='replace').split('\0')
-            except OSError:
-                continue
-            if words[:3] == [str(self.binary), 'sweep', 'worker'] and '--fd' not in words:
-                found.append(int(folder.name))
-        return found
+        return workers_of(self.binary)
+
+    def await_row_on(self, node):
+        def running():
+            there = self.cluster.processes_of(node)
+            return [pid for pid in self.workers() if pid in there and children_of(pid)]
+        await_condition(running, f'a row runs on {node}')
 
     def await_results(self, count):
         """So many rows have been run, whether or not anybody has taken their results."""
@@ -117,11 +108,7 @@ class Rows(SlurmCase):
         expected = self.expected(text)
         file = self.sweep_file(text + self.engine('chunk = 0.5\n'))
         process = self.start(file)
-
-        def on_second():
-            there = self.cluster.processes_of('n2')
-            return [pid for pid in self.workers() if pid in there and children_of(pid)]
-        await_condition(on_second, 'a row runs on n2')
+        self.await_row_on('n2')
         self.cluster.kill_node('n2')
         self.addCleanup(self.cluster.await_idle, 'n1', 'n2')
         self.addCleanup(self.cluster.start_node, 'n2')

@@ -15,8 +15,7 @@ import unittest
 
 from slurm_cluster import SKIPPED, may_have_mounts
 from support import BIN, LIMIT, SOURCE, as_json, await_condition, morphbus
-from sweep import SMALL, children_of
-from sweep_case import SweepCase
+from sweep_case import SMALL, SweepCase, children_of, workers_of
 
 SSHD = shutil.which('sshd', path='/usr/sbin:/usr/local/sbin:' + os.environ['PATH'])
 PORT = 2222
@@ -99,22 +98,9 @@ class SshCase(SweepCase):
         """The table of these hosts, each a text as it stands in the file."""
         return f'[engine]\nkind = "ssh"\nbinary = "{binary or self.binary}"\nhosts = [{", ".join(hosts)}]\n'
 
-    def expected(self, text):
-        """What the rows have to be, by processes of this machine."""
-        morphbus('sweep', self.sweep_file(text, 'expected'), '--engine', 'local')
-        return self.rows(self.database('expected'))
-
     def workers(self, binary=None):
         """The processes that ssh has started."""
-        found = []
-        for folder in pathlib.Path('/proc').glob('[0-9]*'):
-            try:
-                words = (folder / 'cmdline').read_bytes().decode(errors='replace').split('\0')
-            except OSError:
-                continue
-            if words[:3] == [str(binary or self.binary), 'sweep', 'worker'] and '--fd' not in words:
-                found.append(int(folder.name))
-        return found
+        return workers_of(binary or self.binary)
 
     def program_that_says(self, old, new):
         """Another build, as far as anybody can see."""

@@ -159,8 +159,9 @@ int Optimise(OptimiseOptions options) {
           : options.settings;
   if (!MayWrite(settings, outputs::kSettings, options.force, {options.file})) return kUnusable;
   // A search is long: a folder that is not there is told before it, and not after it.
-  const std::filesystem::path folder = std::filesystem::absolute(settings).parent_path();
-  if (!std::filesystem::is_directory(folder)) {
+  std::error_code unknown;
+  const std::filesystem::path folder = std::filesystem::absolute(settings, unknown).parent_path();
+  if (!std::filesystem::is_directory(folder, unknown)) {
     return Unusable(
         fmt::format("cannot write {}: there is no folder {}", settings, folder.string()));
   }
