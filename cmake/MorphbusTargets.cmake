@@ -67,14 +67,6 @@ function(morphbus_unity target)
   endif()
 endfunction()
 
-# Tests are many, and their helpers have short names: no more than eight of them are compiled as one.
-function(morphbus_unity_of_tests target)
-  morphbus_unity(${target})
-  if(MORPHBUS_UNITY GREATER 8)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 8)
-  endif()
-endfunction()
-
 # Under the sanitizers code whose speed nobody would notice is compiled without optimization, which takes
 # half the time: the tests' own, the commands. What they call keeps its own.
 set(MORPHBUS_TEST_OPTIONS "" CACHE STRING "Further options of the tests' own sources and the commands', e.g. -O0")
@@ -121,7 +113,7 @@ option(MORPHBUS_TESTS_BY_CASE "Each test case is started alone, as an entry of c
 function(morphbus_test name)
   cmake_parse_arguments(ARG "SERIAL;PRIVATE_NETWORK" "TIMEOUT;SHARDS" "SOURCES;DEPS;LABELS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
-  morphbus_unity_of_tests(${name})
+  morphbus_unity(${name})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_include_directories(${name} SYSTEM PRIVATE ${EXPECTED_INCLUDE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} morphbus_test_source_dir GTest::gtest GTest::gtest_main

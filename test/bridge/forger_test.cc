@@ -47,7 +47,7 @@ FakeRunOptions Options() {
 }
 
 /// Everybody tells of its health now and then, and the logger describes the run.
-void Prepare(FakeRun* run) {
+void SpeakOnAllChannels(FakeRun* run) {
   run->sim->OnAfterTick([run](int64_t tick) {
     if (tick % 6 == 0) run->sim->PublishHealth();
     for (size_t i = 0; i < run->modules.size(); ++i) {
@@ -69,22 +69,22 @@ struct Reference {
   std::vector<Spoken> said = [] {
     FakeRunOptions options = Options();
     options.key = RunKey(RunKey::Bytes{9});
-    return Overhear(options, Prepare);
+    return Overhear(options, SpeakOnAllChannels);
   }();
   Outcome outcome = [] {
     FakeRun run(Options());
-    Prepare(&run);
+    SpeakOnAllChannels(&run);
     return OutcomeOf(&run);
   }();
 };
-const Reference& Undisturbed() {
+const Reference& TrueRun() {
   static const Reference reference;
   return reference;
 }
 
 /// Whether everybody came to what an undisturbed run comes to.
 bool AllAgree(const Outcome& outcome) {
-  const Outcome& true_one = Undisturbed().outcome;
+  const Outcome& true_one = TrueRun().outcome;
   return outcome.published == true_one.published && outcome.recorded == true_one.published &&
          outcome.state == true_one.state && outcome.moves == true_one.moves;
 }
@@ -92,8 +92,8 @@ bool AllAgree(const Outcome& outcome) {
 class Forged : public testing::TestWithParam<Race> {};
 
 TEST_P(Forged, HarmsNoRun) {
-  const std::vector<Spoken>& said = Undisturbed().said;
-  ASSERT_TRUE(Undisturbed().outcome.sim_ok && Undisturbed().outcome.log_clean);
+  const std::vector<Spoken>& said = TrueRun().said;
+  ASSERT_TRUE(TrueRun().outcome.sim_ok && TrueRun().outcome.log_clean);
   std::vector<size_t> originals;
   for (size_t i = 0; i < said.size(); ++i) {
     if (IsOf(GetParam(), said[i])) originals.push_back(i);
@@ -112,7 +112,7 @@ TEST_P(Forged, HarmsNoRun) {
                                             : AlteredAnyhow(said[original], &random));
     }
     FakeRun run(Options());
-    Prepare(&run);
+    SpeakOnAllChannels(&run);
     Forger* self = nullptr;
     int spoken = 0;
     Forger forger(&run, [&](int64_t count, const Spoken&) {
@@ -125,7 +125,7 @@ TEST_P(Forged, HarmsNoRun) {
     const Outcome outcome = OutcomeOf(&run);
     EXPECT_TRUE(outcome.sim_ok && outcome.log_clean) << "seed " << seed << ": " << outcome.error;
     EXPECT_TRUE(AllAgree(outcome)) << "seed " << seed;
-    EXPECT_LT(outcome.seconds, Undisturbed().outcome.seconds + 0.1) << "seed " << seed;
+    EXPECT_LT(outcome.seconds, TrueRun().outcome.seconds + 0.1) << "seed " << seed;
     // The logger hears everything, if only until it is done.
     EXPECT_LE(outcome.refused.unauthentic, int64_t{5} * spoken);
     EXPECT_EQ(run.logged_bad + run.logged_refused, 0) << "seed " << seed;

@@ -229,8 +229,13 @@ class Binary(SweepCase):
         # Its own program by another name runs them, as does the file's.
         own = self.program(f'#!/bin/sh\nexec {shlex.join(map(str, command()))} "$@"\n', 'own')
         self.assertEqual(as_json('sweep', file, '--binary', own)['done'], as_json('sweep', 'status', file)['rows'])
-        named = self.sweep_file(f'{SMALL}\n[engine]\nbinary = "{self.folder}/mute"\n', 'named')
-        self.assertIn('oh dear', morphbus('sweep', named, status=2).stderr)
+        # Paths of a file are relative to it, and a name alone is looked for in the PATH.
+        named = self.sweep_file(f'{SMALL}\n[engine]\nbinary = "./mute"\n', 'named')
+        self.assertIn('oh dear', morphbus('sweep', named, cwd='/', status=2).stderr)
+        self.assertIn('oh dear', morphbus('sweep', file, '--binary', './mute', cwd=self.folder, status=2).stderr)
+        environment = {**os.environ, 'PATH': f'{self.folder}:{os.environ["PATH"]}'}
+        self.assertIn('oh dear', morphbus('sweep', file, '--binary', 'mute', env=environment, status=2).stderr)
+        self.assertEqual(as_json('sweep', file, '--binary', 'own', '-o', self.folder / 'own.db', env=environment)['done'], 8)
 
 
 class Processor(SweepCase):

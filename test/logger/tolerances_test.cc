@@ -7,11 +7,11 @@
 namespace morphbus::logger {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kDegreeRad = std::numbers::pi / 180;
 
 TEST(Tolerances, AreReadInTheUnitsOfTheirNames) {
   EXPECT_EQ(ReadTolerance("angle_rad", "0.01").value(), 0.01);
-  EXPECT_EQ(ReadTolerance("angle_rad", "1deg").value(), kDegree);
+  EXPECT_EQ(ReadTolerance("angle_rad", "1deg").value(), kDegreeRad);
   EXPECT_EQ(ReadTolerance("cycle_s", "100ms").value(), 0.1);
   EXPECT_EQ(ReadTolerance("duty", "5%").value(), 0.05);
   EXPECT_EQ(ReadTolerance("simulated_m", "0.005").value(), 0.005);
@@ -44,7 +44,7 @@ TEST(Tolerances, FilesHaveUnitsInTexts) {
   const std::vector<ToleranceEntry> entries = ParseTolerances(sources, file, &diagnostics);
   EXPECT_EQ(Render(diagnostics, sources, false), "");
   ASSERT_EQ(entries.size(), 3u);
-  EXPECT_EQ(entries[0].value, kDegree);
+  EXPECT_EQ(entries[0].value, kDegreeRad);
   EXPECT_EQ(entries[1].value, 1.0);
   EXPECT_EQ(entries[2].value, 0.05);
 }

@@ -15,8 +15,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kGravity = 9.81;
-
 /// A base of 20 kg that stands on the ground, and on its side an arm of 1 kg that nothing else
 /// holds: its centre of mass is 0.2 m north of its hinge about z, east, or it slides along y, up.
 constexpr double kArmKg = 1.0;
@@ -80,7 +78,7 @@ TEST(EffortTest, AnArmHeldLevelTakesItsWeightTimesItsLength) {
   for (const bool arm_is_first : {true, false}) {
     const auto robot = MakeRobot(MakeArm(model::JointType::kRevolute, arm_is_first));
     Move(robot.get(), 0.0, 1.0, 100);
-    const double expected = kArmKg * kGravity * kArmLength * (arm_is_first ? 1.0 : -1.0);
+    const double expected = kArmKg * test::kGravity * kArmLength * (arm_is_first ? 1.0 : -1.0);
     EXPECT_NEAR(EffortOf(robot.get()), expected, 0.01 * std::abs(expected));
   }
 }
@@ -89,7 +87,7 @@ TEST(EffortTest, ASliderThatHoldsALoadExertsItsWeight) {
   for (const bool arm_is_first : {true, false}) {
     const auto robot = MakeRobot(MakeArm(model::JointType::kPrismatic, arm_is_first));
     Move(robot.get(), 0.0, 0.1, 100);
-    const double expected = kArmKg * kGravity * (arm_is_first ? 1.0 : -1.0);
+    const double expected = kArmKg * test::kGravity * (arm_is_first ? 1.0 : -1.0);
     EXPECT_NEAR(EffortOf(robot.get()), expected, 0.01 * std::abs(expected));
   }
 }
@@ -98,12 +96,12 @@ TEST(EffortTest, LiftingTakesTheEnergyThatTheLoadGains) {
   const auto hinge = MakeRobot(MakeArm(model::JointType::kRevolute, true));
   Move(hinge.get(), -0.2, 1.0, 100);
   const double turned = Move(hinge.get(), 0.8, 1.0, 150);
-  const double gained = kArmKg * kGravity * kArmLength * (std::sin(0.2) + std::sin(0.8));
+  const double gained = kArmKg * test::kGravity * kArmLength * (std::sin(0.2) + std::sin(0.8));
   EXPECT_NEAR(turned, gained, 0.01 * gained);
   const auto slider = MakeRobot(MakeArm(model::JointType::kPrismatic, true));
   Move(slider.get(), -0.04, 0.1, 100);
   const double lifted = Move(slider.get(), 0.04, 0.1, 100);
-  EXPECT_NEAR(lifted, kArmKg * kGravity * 0.08, 0.01 * kArmKg * kGravity * 0.08);
+  EXPECT_NEAR(lifted, kArmKg * test::kGravity * 0.08, 0.01 * kArmKg * test::kGravity * 0.08);
 }
 
 /// The sum of the forces, and what else is to be seen of a list of them.
@@ -127,8 +125,8 @@ TEST(EffortTest, TheGroundCarriesTheRobotsWeight) {
   // The arm is in the air.
   ASSERT_EQ(contacts.size(), 1u);
   EXPECT_EQ(contacts[0].link, 1);
-  EXPECT_NEAR((SumOf(contacts) - Vector3d(0, 21.0 * kGravity, 0)).norm(), 0.0,
-              0.01 * 21 * kGravity);
+  EXPECT_NEAR((SumOf(contacts) - Vector3d(0, 21.0 * test::kGravity, 0)).norm(), 0.0,
+              0.01 * 21 * test::kGravity);
 }
 
 TEST(EffortTest, AnObstacleCarriesItTooAndFrictionPushesAlongTheGround) {
@@ -143,12 +141,14 @@ TEST(EffortTest, AnObstacleCarriesItTooAndFrictionPushesAlongTheGround) {
   for (int tick = 0; tick < 50; ++tick) robot->Advance();
   std::vector<morphbus::contact_force_t> contacts;
   robot->ContactForces(&contacts);
-  EXPECT_NEAR((SumOf(contacts) - Vector3d(0, kGravity, 0)).norm(), 0.0, 0.01 * kGravity);
+  EXPECT_NEAR((SumOf(contacts) - Vector3d(0, test::kGravity, 0)).norm(), 0.0,
+              0.01 * test::kGravity);
   // A push of 3 N that friction (0.8) withstands is met by as much of the other sign.
   ASSERT_TRUE(robot->Push("m1", {0, 0, 3.0}, "", 1.0));
   for (int tick = 0; tick < 40; ++tick) robot->Advance();
   robot->ContactForces(&contacts);
-  EXPECT_NEAR((SumOf(contacts) - Vector3d(0, kGravity, -3.0)).norm(), 0.0, 0.05 * kGravity);
+  EXPECT_NEAR((SumOf(contacts) - Vector3d(0, test::kGravity, -3.0)).norm(), 0.0,
+              0.05 * test::kGravity);
 }
 
 TEST(EffortTest, WhatNothingTouchesHasNoContacts) {
@@ -238,7 +238,7 @@ TEST(EffortTest, AQuadrupedThatStandsIsCarriedByItsFeet) {
   std::vector<morphbus::contact_force_t> contacts;
   walk.robot->ContactForces(&contacts);
   EXPECT_GE(contacts.size(), 3u);
-  const double weight = 9 * 0.42 * kGravity;
+  const double weight = 9 * 0.42 * test::kGravity;
   EXPECT_NEAR(SumOf(contacts).y(), weight, 0.01 * weight);
 }
 

@@ -9,6 +9,9 @@
 
 namespace morphbus::sim::test {
 
+/// The simulator's own (m/s²).
+constexpr double kGravity = 9.81;
+
 /// Corners of a box (m).
 std::vector<Eigen::Vector3d> BoxCorners(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
 

@@ -14,8 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kGravity = 9.81;
-
 std::unique_ptr<World> MakeWorld(const model::Model& model, const WorldOptions& options) {
   const model::Robot& robot = model.robots[0];
   return std::make_unique<World>(
@@ -72,7 +70,7 @@ TEST(WorldTest, InFreeFallTheCentreOfMassFallsWithGravityWhateverTheJointsDo) {
     world->Step();
   }
   // The sum that the integrator forms: velocity first, then position.
-  const double fall = kGravity * 1e-6 * 1000 * 1001 / 2;
+  const double fall = test::kGravity * 1e-6 * 1000 * 1001 / 2;
   EXPECT_NEAR((CentreOfMass(*world) - start + Vector3d(0, fall, 0)).norm(), 0.0, 1e-9);
 }
 
@@ -153,10 +151,10 @@ double ShovedBy(double newtons, double friction) {
 }
 
 TEST(WorldTest, FrictionHoldsUpToItsCoefficient) {
-  EXPECT_LT(ShovedBy(0.7 * kGravity, 0.8), 0.002);
+  EXPECT_LT(ShovedBy(0.7 * test::kGravity, 0.8), 0.002);
   // What is left over after friction accelerates the cube: s = a t² / 2.
-  EXPECT_NEAR(ShovedBy(1.3 * kGravity, 0.8), 0.5 * 0.5 * kGravity * 0.25, 0.05);
-  EXPECT_NEAR(ShovedBy(0.5 * kGravity, 0.0), 0.5 * 0.5 * kGravity * 0.25, 0.02);
+  EXPECT_NEAR(ShovedBy(1.3 * test::kGravity, 0.8), 0.5 * 0.5 * test::kGravity * 0.25, 0.05);
+  EXPECT_NEAR(ShovedBy(0.5 * test::kGravity, 0.0), 0.5 * 0.5 * test::kGravity * 0.25, 0.02);
 }
 
 TEST(WorldTest, PushesEnd) {

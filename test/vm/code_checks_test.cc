@@ -18,8 +18,6 @@
 namespace morphbus::vm {
 namespace {
 
-const Code kLeave = Op(Opcode::kReturn);
-
 /// "" for nothing wrong.
 std::string Said(const char* problem) { return problem == nullptr ? "" : problem; }
 

@@ -20,6 +20,9 @@ inline Code Op(Opcode op, std::vector<int> operands = {}) {
   for (const int operand : operands) code.push_back(static_cast<uint8_t>(operand));
   return code;
 }
+/// What ends a function.
+const Code kLeave = Op(Opcode::kReturn);
+
 /// A jump to a byte offset, or a constant's index.
 inline Code Op16(Opcode op, int operand) { return Op(op, {operand & 255, operand >> 8}); }
 

@@ -8,8 +8,6 @@
 namespace morphbus::vm {
 namespace {
 
-const Code kLeave = Op(Opcode::kReturn);
-
 /// Role 0, role 1 that extends it, role 2 that extends role 1, and role 3 beside them. Functions 0
 /// to 3 are their methods in slot 0, and their startups.
 TestImage Family() {

@@ -38,7 +38,7 @@ std::optional<ReadySearch> Prepare(OptimiseOptions* options) {
   if (!origin) return std::nullopt;
   std::optional<SearchFile> search = ReadOrigin(*options, *origin, ReadSearchFile);
   if (!search || !CheckRanges(*search)) return std::nullopt;
-  if (!ChooseEngine(search->sweep.engine, options)) return std::nullopt;
+  if (!ChooseEngine(search->sweep.engine, origin->folder, options)) return std::nullopt;
   return ReadySearch{std::move(*search), std::move(*origin)};
 }
 

@@ -39,7 +39,7 @@ std::optional<ReadySweep> Prepare(SweepOptions* options) {
   std::optional<SweepOrigin> origin = OriginOf(*options);
   if (!origin) return std::nullopt;
   std::optional<SweepFile> sweep = ReadOrigin(*options, *origin, ReadSweepFile);
-  if (!sweep || !ChooseEngine(sweep->engine, options)) return std::nullopt;
+  if (!sweep || !ChooseEngine(sweep->engine, origin->folder, options)) return std::nullopt;
   std::optional<SweepPlan> plan = PlanSweep(*sweep);
   if (!plan) return std::nullopt;
   return ReadySweep{std::move(*sweep), std::move(*plan), std::move(*origin)};
@@ -50,6 +50,7 @@ int Estimate(const ReadySweep& sweep, const SweepOptions& options) {
   const Result<SweepEstimate> estimate = EstimateOf(sweep.plan);
   if (!estimate) return Failed(estimate.error().message);
   const bool here = options.engines.kind == EngineKind::kLocal;
+  // How many processors a cluster or other machines give is not known.
   const int jobs = here ? JobsOf(options) : 1;
   // Axes with one value are no axes to a reader.
   Json axes = Json::object();
@@ -86,17 +87,19 @@ int Estimate(const ReadySweep& sweep, const SweepOptions& options) {
 int KeepLogs(const SweepFile& file, SweepStore* store, const SweepOptions& options,
              std::vector<std::string>* logs) {
   RepeatedRows rows(store);
+  // They lie beside the database: creep.sweep.db has creep.sweep.logs/.
   std::filesystem::path folder = store->path();
   folder.replace_extension(".logs");
   if (const Result<void> added = AddKept(store, file.keep, folder.string(), &rows); !added) {
     return Unusable(added.error().message);
   }
+  // Logs that an earlier call has kept are not made again.
   if (rows.rows() == 0) return kDone;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return Failed(fmt::format("cannot make {}: {}", folder.string(), error.message()));
   if (const EngineResult run = RunAgain(&rows, *store, options, true); !run) {
-    return run.error().unusable ? Unusable(run.error().message) : Failed(run.error().message);
+    return EngineFailed(run.error());
   }
   for (const RowRepeat& repeat : rows.Repeats()) {
     // A run that crashes leaves no log that is whole.
@@ -338,6 +341,10 @@ EngineResult RunAgain(RowSource* rows, const SweepStore& store, const SweepOptio
   return RunByEngine(engine, rows);
 }
 
+int EngineFailed(const EngineError& error) {
+  return error.unusable ? Unusable(error.message) : Failed(error.message);
+}
+
 void AddEngine(Subcommand* sub, SweepOptions* options) {
   sub->Add("--engine", &options->engine,
            "Where rows run: local, slurm or ssh (default: as the file says, or here)");
@@ -352,26 +359,31 @@ void AddEngine(Subcommand* sub, SweepOptions* options) {
       .Seconds();
 }
 
-bool ChooseEngine(const EngineSettings& engines, SweepOptions* options) {
+bool ChooseEngine(const EngineSettings& engines, const std::string& folder, SweepOptions* options) {
   const std::optional<EngineKind> kind =
       options->engine.empty() ? engines.kind : EngineOfName(options->engine);
-  options->engines = engines;
-  if (kind) {
-    options->engines.kind = *kind;
-    // Where the file speaks of other machines, its path is one of theirs.
-    if (*kind == EngineKind::kLocal && engines.kind != *kind) options->engines.binary.clear();
-    if (options->binary.empty()) return true;
-    // Slurm's tasks run in other folders than this command.
-    const bool path = options->binary.find('/') != std::string::npos;
-    options->engines.binary = *kind == EngineKind::kSlurm && path
-                                  ? std::filesystem::absolute(options->binary).string()
-                                  : options->binary;
-    for (SshHost& host : options->engines.hosts) host.binary.clear();
-    return true;
+  if (!kind) {
+    Unusable(fmt::format("--engine: there is no engine '{}'{}; there are {}", options->engine,
+                         DidYouMean(options->engine, EngineNames()), NameSome(EngineNames())));
+    return false;
   }
-  Unusable(fmt::format("--engine: there is no engine '{}'{}; there are {}", options->engine,
-                       DidYouMean(options->engine, EngineNames()), NameSome(EngineNames())));
-  return false;
+  options->engines = engines;
+  options->engines.kind = *kind;
+  std::string& binary = options->engines.binary;
+  // Where the file speaks of other machines, its path is one of theirs.
+  if (*kind == EngineKind::kLocal && engines.kind != *kind) binary.clear();
+  // Paths of the file are relative to it, those of the command line to where the user is.
+  std::filesystem::path base = folder;
+  if (!options->binary.empty()) {
+    binary = options->binary;
+    base = std::filesystem::current_path();
+    for (SshHost& host : options->engines.hosts) host.binary.clear();
+  }
+  // A word without a slash is looked for in $PATH, and a path of ssh's is one of the other machine.
+  if (*kind != EngineKind::kSsh && binary.find('/') != std::string::npos) {
+    binary = (base / binary).lexically_normal().string();
+  }
+  return true;
 }
 
 int JobsOf(const SweepOptions& options) {

@@ -67,10 +67,13 @@ auto ReadOrigin(const SweepOptions& options, const SweepOrigin& origin, const Re
 std::unique_ptr<SweepStore> OpenNamed(const std::string& name);
 /// How many rows are in which state, as every command's --json says it first.
 Json CountsJson(const std::string& database, const RowCounts& counts);
-/// Adds the options of those that run rows: --engine, --jobs and --timeout.
+/// Says why an engine could not go on, and returns the exit status of that.
+int EngineFailed(const EngineError& error);
+/// Adds the options of those that run rows: --engine, --binary, --jobs and --timeout.
 void AddEngine(Subcommand* sub, SweepOptions* options);
-/// Takes the engines of a file into the options. False after saying so if --engine names none.
-bool ChooseEngine(const EngineSettings& engines, SweepOptions* options);
+/// Takes the engines of a file in `folder` into the options. False after saying so if --engine
+/// names none.
+bool ChooseEngine(const EngineSettings& engines, const std::string& folder, SweepOptions* options);
 /// How many rows run at a time on this machine: as many as were asked for, or one a processor.
 int JobsOf(const SweepOptions& options);
 /// "3.1 h with 8 processes", or, of an engine that is elsewhere, "3.1 h of one processor's time".

@@ -142,10 +142,12 @@ int Verify(SweepOptions options) {
   // The engines are those of the file of which the database was made.
   const Result<SweepOrigin> origin = store->Origin();
   if (!origin) return Unusable(origin.error().message);
-  if (!ChooseEngine(EngineOfText(origin->text).value_or(EngineSettings()), &options)) {
+  if (!ChooseEngine(EngineOfText(origin->text).value_or(EngineSettings()), origin->folder,
+                    &options)) {
     return kUnusable;
   }
   CatchSignals();
+  // Which rows it is follows from the seed, and they run from what the database holds of them.
   RepeatedRows rows(store.get());
   if (const Result<void> added = AddSample(store.get(), options.sample, options.seed, &rows);
       !added) {
@@ -153,7 +155,7 @@ int Verify(SweepOptions options) {
   }
   if (rows.rows() == 0) return Unusable(fmt::format("{} has no row that is done", store->path()));
   if (const EngineResult run = RunAgain(&rows, *store, options); !run) {
-    return run.error().unusable ? Unusable(run.error().message) : Failed(run.error().message);
+    return EngineFailed(run.error());
   }
   // Of a run that a signal cut short only those rows are told that were run.
   Json differ = Json::array();
@@ -202,6 +204,7 @@ int Export(const SweepOptions& options) {
                 {store->path()})) {
     return kUnusable;
   }
+  // Rows are written as they are read, for there may be a million.
   Result<std::unique_ptr<OutputFile>> file = OutputFile::Create(options.output);
   if (!file) return Unusable(file.error().message);
   Result<void> written =
@@ -246,7 +249,9 @@ Query AddQuery(CommandLine* line, const char* name, const char* what) {
 }
 /// What the engines start: runs rows that come over a socket, as a stream, or in a file.
 int Worker(const SweepOptions& options) {
+  // One of the processes of this machine, which has its rows from the engine one by one.
   if (options.fd >= 0) return ServeRows(options.fd);
+  // One for another machine, or for a batch system, which starts such processes itself.
   const LocalOptions local = {JobsOf(options), options.timeout};
   CatchSignals();
   if (options.chunk.empty()) {

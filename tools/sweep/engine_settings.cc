@@ -73,6 +73,7 @@ class EngineReader : private FileReader {
     *target = *text;
   }
 
+  /// Seconds as a number, or with a unit as the command line takes them: "5min".
   void ReadChunk(const TomlValue& value) {
     const std::string* text = value.text();
     const std::optional<double> seconds = text != nullptr ? ReadSeconds(*text) : value.number();
@@ -120,6 +121,7 @@ class EngineReader : private FileReader {
     if (table != nullptr) ReadRestOfHost(*table, &*host);
     settings_.hosts.push_back(std::move(*host));
   }
+  /// What a table says of a host beside its name.
   void ReadRestOfHost(const TomlValue::Table& table, SshHost* host) {
     for (const TomlEntry& one : table) {
       if (one.key == "jobs") {
@@ -167,6 +169,7 @@ std::optional<EngineSettings> EngineOfText(const std::string& text) {
       source::ParseToml(sources, sources.AddText("the sweep's file", text), &diagnostics);
   if (!table) return std::nullopt;
   EngineSettings settings;
+  // A file that says nothing of engines has the one of this machine.
   const auto entry = std::ranges::find(*table, "engine", &TomlEntry::key);
   if (entry != table->end()) settings = ReadEngine(*entry, &diagnostics);
   return diagnostics.had_errors() ? std::nullopt : std::optional(std::move(settings));

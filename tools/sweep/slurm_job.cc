@@ -42,6 +42,7 @@ class JobWriter {
       if (!inputs) return Fail(inputs.error().message);
       RowTask task = row.task;
       task.inputs = std::move(*inputs);
+      // How large chunks become follows from the first row's speed.
       if (rate_ == 0) rate_ = WallTimeOfSecond(&source_, task);
       if (Result<void> put = Put(task, row.tries); !put) return Fail(put.error().message);
     }
@@ -51,6 +52,8 @@ class JobWriter {
 
  private:
   Result<void> Put(const RowTask& task, int tries) {
+    // A chunk ends once it takes long enough, and where there would be too many of them otherwise
+    // not before it has enough rows.
     const bool full = file_ && job_.tasks.back().rows >= least_rows_ && seconds_ >= size_.seconds;
     if (file_ && (full || job_.tasks.back().tries != tries)) {
       if (Result<void> ended = EndChunk(); !ended) return ended;
@@ -70,6 +73,7 @@ class JobWriter {
 
   Result<void> BeginChunk(int tries) {
     const int number = static_cast<int>(job_.tasks.size()) + 1;
+    // Slurm will know of this task: if it does not, it has ended.
     job_.tasks.emplace_back(number, tries, job_.ResultsPath(number)).seen = true;
     // A file that is there from the beginning is seen to grow on every file system.
     if (Result<void> made = WriteFile(job_.ResultsPath(number), ""); !made) return made;
@@ -172,6 +176,7 @@ Result<std::optional<SlurmJob>> ReadJob(const std::string& folder,
   const Result<std::string> text = ReadFile(StatePath(folder), size_t{16} << 20);
   if (!text) return Fail(text.error().message);
   const auto damaged = [&folder] { return Fail(StatePath(folder) + " is damaged"); };
+  // Whatever the file holds, nothing is taken for what it is not.
   const Json json = Json::parse(*text, nullptr, false);
   if (!json.is_object() || json.value("job", Json()) != kJobVersion) return damaged();
   const Json name = json.value("name", Json()), id = json.value("id", Json());
@@ -183,6 +188,7 @@ Result<std::optional<SlurmJob>> ReadJob(const std::string& folder,
     return c == '-' || c == '_' || c == '.' || std::isalnum(c) != 0;
   };
   if (job.name.empty() || !std::ranges::all_of(job.name + job.id, plain)) return damaged();
+  // Of each task there is how often its rows were tried; which rows they are stands in its chunk.
   for (const Json& count : tries) {
     if (!count.is_number_integer()) return damaged();
     const int number = static_cast<int>(job.tasks.size()) + 1;
@@ -202,7 +208,7 @@ std::string TaskScript(const SlurmJob& job, const std::string& binary, int jobs,
   return fmt::format(
       "#!/bin/sh\n"
       "# A task of a sweep: runs the rows of its chunk (morphbus sweep has written this).\n"
-      "if [ ! -x {0} ]; then\n"
+      "if ! command -v {0} >/dev/null; then\n"
       "  echo \"there is no program \"{0}\" on $(uname -n)\" >&2\n"
       "  exit 127\n"
       "fi\n"
