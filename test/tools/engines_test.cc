@@ -386,12 +386,14 @@ TEST_F(SlurmEngineTest, AJobWithoutAnIdIsCancelledByItsName) {
   EXPECT_TRUE(CallsOf("scancel")[0].starts_with("--me --name=morphbus-s-"));
   EXPECT_FALSE(std::filesystem::exists(options_.folder));
   // So it is where nobody wants to stop.
+  options_.once = false;
   ListedRows others;
   others.rows = rows_.rows;
   const EngineResult run = RunOnSlurm(options_, &others);
   ASSERT_FALSE(run);
   EXPECT_EQ(run.error().message, "Slurm does not take the job: late");
   EXPECT_EQ(CallsOf("scancel").size(), 2u);
+  EXPECT_FALSE(std::filesystem::exists(options_.folder));
 }
 
 TEST_F(SlurmEngineTest, OnlyItsOwnFoldersGo) {

@@ -390,8 +390,9 @@ class SlurmEngine {
     if (done) {
       // Of some of them nothing could be read.
       for (const std::string& folder : JobFolders(folder_)) RemoveJob(folder);
-      std::filesystem::remove(folder_, unknown);
     }
+    // One in which there is something stays.
+    std::filesystem::remove(folder_, unknown);
     if (!going.empty() && !options_.once) {
       Say("Slurm goes on with job {}: the same command takes the results in, scancel {} ends it\n",
           fmt::join(going, ", "), fmt::join(going, " "));
