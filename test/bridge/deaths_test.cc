@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 
 #include "test/bridge/fake_run.h"
@@ -188,6 +189,32 @@ TEST(Deaths, AModuleThatIsLostAndKilledDoesNotComeBack) {
   ASSERT_TRUE(run.Run());
   EXPECT_TRUE(run.sim->outcome().ok) << run.sim->outcome().error;
   EXPECT_TRUE(run.modules[1].controller->computed.empty());
+}
+
+TEST(Deaths, AModuleThatIsKilledAfterItsLastWordEndsWithTheRun) {
+  const std::string reference = HashOf({});
+  for (const bool sim_has_gone : {false, true}) {
+    for (const double loss : {0.0, 0.4}) {
+      FakeRunOptions options;
+      options.loss = loss;
+      FakeRun run(options);
+      std::vector<uint8_t> snapshot;
+      SnapshotHead head;
+      run.modules[1].participant->OnBeforePublish([&](const std::vector<uint8_t>& bytes) {
+        snapshot = bytes;
+        std::memcpy(&head, bytes.data(), sizeof head);
+      });
+      ASSERT_TRUE(run.RunUntil(
+          [&] { return sim_has_gone ? run.sim->done() : head.told == Farewell::kEnd; }));
+      ASSERT_EQ(head.told, Farewell::kEnd);
+      Replace(&run, 1, 1, snapshot);
+      ASSERT_TRUE(run.Run());
+      EXPECT_EQ(run.modules[1].participant->error(), "") << sim_has_gone << loss;
+      EXPECT_TRUE(run.modules[1].controller->computed.empty());
+      EXPECT_TRUE(run.sim->outcome().ok) << run.sim->outcome().error;
+      EXPECT_EQ(run.sim->outcome().run_hash, reference);
+    }
+  }
 }
 
 /// A simulator of two modules and a logger in tick 1, which both have answered, and before tick 2

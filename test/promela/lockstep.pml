@@ -4,7 +4,8 @@ A simulator (Sim) and modules go through a run tick by tick. In tick k the sim s
 that, from its own memory, and from what its neighbours said in tick k-1 (TRANSFORM), and says TRANSFORM(k) and ACTUATOR(k). When the sim
 has the ACTUATOR(k) of all modules, the robot moves, and tick k+1 begins. A logger, if there is one, records all that is said, and the
 sim never is more than a window ahead of what the logger has. Messages may be lost, doubled and reordered; a module may be killed at any
-moment, and another process then goes on from the state that it saved. Nothing of this may change what anybody says.
+moment, and another process then goes on from the state that it saved. Nothing of this may change what anybody says. A module may be
+lost on purpose before some tick: from then on the run goes on without it.
 
 The modules are docked in a row: 0 - 1 - 2. Every step of a process is one atomic step. The members of a run are split into several Promela
 processes, one for each of whom they speak with; they share their state, which is global.
@@ -32,6 +33,9 @@ What is left out, and which figures were seen, is said in docs/lockstep-model.md
 #ifndef DEATHS
 #define DEATHS 0     /* so many killed processes, at most, are never started again */
 #endif
+#ifndef LOSE
+#define LOSE 99      /* the tick before which the last module of two or more is lost on purpose; 99: never */
+#endif
 
 /* Sets of ticks are bits of a number; traces of real runs have more ticks than a byte has bits. */
 #ifdef TRACE
@@ -44,12 +48,17 @@ What is left out, and which figures were seen, is said in docs/lockstep-model.md
 #define Without(set, n) ((set) & ~(1 << (n)))
 
 #define ALL ((1 << MODULES) - 1)                      /* all modules */
+#define LEAVER (MODULES - 1)                          /* the module that is lost on purpose, if one is */
+#define TakesPart(i, k) ((i) != LEAVER || (k) < LOSE) /* module i is still in the run in tick k */
+#define Members(k) ((k) < LOSE -> ALL : Without(ALL, LEAVER))
 #define LOG MODULES                                   /* the logger's number among the members of the run */
 #define EVERYBODY (ALL | (LOGGER << LOG))
 
 /* Neighbours by side: 0 is the one before, 1 the one after. */
 #define HasMate(i, side) ((side) == 0 && (i) > 0 || (side) == 1 && (i) < MODULES - 1)
 #define Mate(i, side) ((i) + 2 * (side) - 1)
+/* In tick k, for who is lost is connected to nobody any more. */
+#define Mated(i, side, k) (HasMate(i, side) && TakesPart(i, k) && TakesPart(Mate(i, side), k))
 
 /* ---- The network: net[link] is the set of messages that are under way on a link, by the number that they bear. A message that is under
 way twice counts once. Every receiver of a message has a link of its own, so that each may miss it for itself. Whichever of them comes
@@ -63,7 +72,8 @@ next, comes: they have no order. */
 #define ASK_RECORD(i) (6 * MODULES + (i))                      /* from the logger */
 #define FAREWELL(i) (7 * MODULES + (i))                        /* not by tick: */
 #define END 0
-#define LEAVE 1
+#define LEAVE 1                                                /* the run is over for all */
+#define LEAVE_ALONE 2                                          /* the run goes on without module i */
 #define TO_MODULES (8 * MODULES)                               /* so many links lead to modules; link l to module l % MODULES */
 /* To the sim. */
 #define ACTUATOR(i) (TO_MODULES + (i))
@@ -93,7 +103,7 @@ said, so that the network need not carry payloads: whoever receives one has the 
 hidden byte expected_answer[MODULES * TICKS];
 hidden byte expected_sensors[TICKS + 1];
 #define Expected(i, k) expected_answer[(i) * TICKS + (k)]
-#define ExpectedMate(i, side, k) (HasMate(i, side) && (k) >= 0 -> Expected(Mate(i, side), k) : 0)
+#define ExpectedMate(i, side, k) (Mated(i, side, (k) + 1) && (k) >= 0 -> Expected(Mate(i, side), k) : 0)
 
 #define Answer(i, k, sensors, memory, before, after) \
   ((3 * (memory) + 5 * (sensors) + 7 * (before) + 11 * (after) + 13 * (k) + (i) + 1) % 251)
@@ -110,14 +120,14 @@ byte tick[MODULES];          /* the tick that it computes next */
 byte memory[MODULES];        /* what its program remembers: here its last payload */
 bool sensed[MODULES];        /* it has SENSORS(tick) */
 SET heard[2 * MODULES];      /* TRANSFORMs that it has of a side, of this tick and the one before */
-byte told;                   /* modules that have heard END */
 byte saved_tick[MODULES];    /* What outlives the process. */
 byte saved_memory[MODULES];
-byte vouched;                /* members that have acknowledged END: for assertions alone */
+byte told;                   /* Of which modules this outlives it: they have heard END or LEAVE_ALONE. */
+byte vouched;                /* members that have acknowledged it: for assertions alone */
 #define Heard(i, side) heard[2 * (i) + (side)]
 #define Runs(i) (stage[i] == RUNS)
 #define Keeps(next, k) ((k) < (next) && (k) + KEPT >= (next))
-#define HasTransform(i, side) (!HasMate(i, side) || tick[i] == 0 || Has(Heard(i, side), tick[i] - 1))
+#define HasTransform(i, side) (!Mated(i, side, tick[i]) || tick[i] == 0 || Has(Heard(i, side), tick[i] - 1))
 
 /* ---- The state of the sim. */
 
@@ -129,15 +139,20 @@ byte vouched;                /* members that have acknowledged END: for assertio
 byte phase;
 byte sensors = 1;        /* what the robot senses now */
 byte sim_tick;           /* the tick that is out; of END, the one after the last */
-byte greeted, answered, acknowledged;    /* members that have said HELLO, answered this tick, acknowledged END */
+byte greeted, answered, acknowledged;    /* members that have said HELLO, answered this tick, acknowledged END or LEAVE_ALONE */
 byte log_ticks;          /* ticks that the logger has, as far as the sim knows */
 bool log_whole;          /* the logger has said in TOTALS that it lacks nothing */
 bool clean;              /* how the run ended: the verdict */
 #if LOGGER
 #define WindowOpen (sim_tick + 2 <= log_ticks + KEPT)
+#define LoggerHas(ticks) (log_ticks >= (ticks))
 #else
 #define WindowOpen true
+#define LoggerHas(ticks) true
 #endif
+#define AllAnswered (phase == RUN && answered == Members(sim_tick))
+/* The next tick is the first one without a module, which has not acknowledged that. */
+#define Parting (AllAnswered && sim_tick + 1 == LOSE && !Has(acknowledged, LEAVER))
 
 /* ---- The state of the logger. */
 
@@ -247,7 +262,7 @@ init {
       for (i : 0 .. MODULES - 1) {
         Expected(i, k) = Answer(i, k, expected_sensors[k], (k > 0 -> Expected(i, k - 1) : 0),
                                 ExpectedMate(i, 0, k - 1), ExpectedMate(i, 1, k - 1));
-        sum = sum + (i + 3) * Expected(i, k)
+        sum = sum + (TakesPart(i, k) -> (i + 3) * Expected(i, k) : 0)
       }
       sensors = sum % 251
     }

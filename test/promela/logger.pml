@@ -36,7 +36,7 @@ end:
        k = 0
      }
   /* Too far ahead of the logger, the sim asks how far that is; it tells so that all of this tick exists. */
-  :: d_step { phase == RUN && answered == ALL && !WindowOpen && PollInVain -> Send(POLL, sim_tick) }
+  :: d_step { WaitsForLogger && PollInVain -> Send(POLL, sim_tick) }
   :: d_step {
        phase == ENDING && !Has(acknowledged, LOG) && log_stage != LEFT && !UnderWay(TO_LOGGER, END) &&
        !UnderWay(REPORT(LOG), TOTALS) && (!log_told || log_stage == IS_ENDED) ->
@@ -48,12 +48,13 @@ end:
 
 /* ---- The logger. */
 
+#define RecordedOf(i, k) (Has(recorded[i], k) || !TakesPart(i, k))
 #if MODULES == 1
-#define RecordedAll(k) (Has(recorded[LOG], k) && Has(recorded[0], k))
+#define RecordedAll(k) (Has(recorded[LOG], k) && RecordedOf(0, k))
 #elif MODULES == 2
-#define RecordedAll(k) (Has(recorded[LOG], k) && Has(recorded[0], k) && Has(recorded[1], k))
+#define RecordedAll(k) (Has(recorded[LOG], k) && RecordedOf(0, k) && RecordedOf(1, k))
 #else
-#define RecordedAll(k) (Has(recorded[LOG], k) && Has(recorded[0], k) && Has(recorded[1], k) && Has(recorded[2], k))
+#define RecordedAll(k) (Has(recorded[LOG], k) && RecordedOf(0, k) && RecordedOf(1, k) && RecordedOf(2, k))
 #endif
 /* How far nothing is missing, after something came; each tick more is acknowledged. */
 inline CountWhole() {

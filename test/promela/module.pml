@@ -7,7 +7,6 @@ inline Die(i) {
   sensed[i] = false;
   Heard(i, 0) = 0;
   Heard(i, 1) = 0;
-  told = Without(told, i);
   stage[i] = DEAD
 }
 
@@ -46,7 +45,7 @@ step hides nothing: nobody else sees anything of it but the messages, which come
 #define HasInputs(i) (sensed[i] && HasTransform(i, 0) && HasTransform(i, 1))
 inline TryCompute(i) {
   if
-  :: HasInputs(i) && May(i, SAYS_TICK, tick[i]) ->
+  :: HasInputs(i) && !Has(told, i) && May(i, SAYS_TICK, tick[i]) ->
      memory[i] = Answer(i, tick[i], expected_sensors[tick[i]], memory[i],
                         ExpectedMate(i, 0, tick[i] - 1), ExpectedMate(i, 1, tick[i] - 1));
      if
@@ -67,11 +66,15 @@ inline TryCompute(i) {
   fi
 }
 
+/* That it was told is saved before it is acknowledged. */
 inline SayTotals(i) {
-  Send(REPORT(i), TOTALS);
-  Note(i, TOTALS, tick[i]);
   told = With(told, i);
-  vouched = With(vouched, i)
+  if
+  :: MayDie(i) -> Die(i)
+  :: Send(REPORT(i), TOTALS);
+     Note(i, TOTALS, tick[i]);
+     vouched = With(vouched, i)
+  fi
 }
 
 /* The present tick lacks the TRANSFORM of the neighbour on a side; nothing is under way that could bring it. */
@@ -116,11 +119,18 @@ end:
   do
   /* HELLO is said again until the sim has heard it. */
   :: d_step { Runs(me) && phase == START && !Has(greeted, me) && !UnderWay(REPORT(me), HELLO) -> Send(REPORT(me), HELLO) }
-  /* SENSORS of another tick than the one to compute are a repetition. */
+  /* SENSORS of another tick than the one to compute are a repetition. Of the tick that a module takes no part in they say that the sim
+     has heard its acknowledgement; so does every later one. */
   :: atomic {
        Runs(me) && net[SENSORS(me)] != 0 ->
        Receive(SENSORS(me), k);
-       if :: k == tick[me] -> sensed[me] = true :: else fi;
+       if
+       :: k != NOTHING && Has(told, me) && !TakesPart(me, k) ->
+          assert(!LOGGER || whole >= LOSE);    /* The logger wants nothing of it again. */
+          stage[me] = LEFT
+       :: k == tick[me] && !Has(told, me) -> sensed[me] = true
+       :: else
+       fi;
        k = 0;
        TryCompute(me)
      }
@@ -137,32 +147,28 @@ end:
        if :: Keeps(tick[me], k) -> Send(RECORD(me), k) :: else fi;
        k = 0
      }
-  /* END is acknowledged each time that it comes. Only who has heard it believes that the run is over. */
+  /* END and LEAVE_ALONE are acknowledged each time that they come. Only who has heard one of them believes that the run is over. */
   :: atomic {
        Runs(me) && net[FAREWELL(me)] != 0 ->
        Receive(FAREWELL(me), k);
        if
-       :: k == END -> SayTotals(me)
+       :: k == END || k == LEAVE_ALONE -> SayTotals(me)
        :: k == LEAVE && Has(told, me) -> stage[me] = LEFT
        :: else
        fi;
        k = 0
      }
-  /* Who misses LEAVE leaves after a silence, and who has not even heard END gives up. */
+  /* Who misses LEAVE leaves after a silence, and who has not even heard END gives up, which happens in no run that ends well. */
   :: d_step {
        Runs(me) && phase == DONE && net[FAREWELL(me)] == 0 ->
        if
        :: Has(told, me) -> stage[me] = LEFT
-       :: else ->
-#ifdef NOBODY_FORSAKEN
-          assert(!clean);
-#endif
-          stage[me] = FORSAKEN
+       :: else -> assert(!clean); stage[me] = FORSAKEN
        fi
      }
   /* The process is killed between two messages, and what it had not saved is gone. */
   :: d_step { Runs(me) && MayDie(me) -> Die(me) }
-  /* Another one goes on where it was, in silence but at the start; or none does. Of what was under way to the dead one, anything may
+  /* Another one goes on where it was, in silence but at the start and the end; or none does. Of what was under way to the dead one, anything may
      have come to it and be lost. */
   :: atomic {
        stage[me] == DEAD ->
@@ -171,7 +177,8 @@ end:
        }
        k = 0;
        stage[me] = RUNS;
-       if :: tick[me] == 0 -> Send(REPORT(me), HELLO) :: else fi
+       if :: tick[me] == 0 -> Send(REPORT(me), HELLO) :: else fi;
+       if :: Has(told, me) -> SayTotals(me) :: else fi
      }
   :: d_step { stage[me] == DEAD && deaths > 0 -> deaths--; stage[me] = LOST }
   od

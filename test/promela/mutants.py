@@ -10,16 +10,19 @@ _TAKE_MATE = 'ExpectedMate(i, 0, tick[i] - 1), ExpectedMate(i, 1, tick[i] - 1));
 _TAKE_NEWEST = 'ExpectedMate(i, 0, tick[i] - 1), (Has(Heard(i, 1), tick[i]) -> ExpectedMate(i, 1, tick[i]) : ' \
                'ExpectedMate(i, 1, tick[i] - 1)));\n     if'
 
+_ACKNOWLEDGE = ':: k == END || k == LEAVE_ALONE -> SayTotals(me)'
+
 ROW = {'MODULES': 2, 'LOGGER': 0, 'TICKS': 3, 'FAULTS': 1}
 RECORDED = {'MODULES': 1, 'LOGGER': 1, 'TICKS': 4, 'FAULTS': 1}
+PARTING = {'MODULES': 2, 'LOGGER': 1, 'TICKS': 3, 'FAULTS': 1, 'LOSE': 2}
 
 MUTANTS = [
     ('the sim steps with an answer missing', ROW,
-     [('answered == ALL && WindowOpen &&\n', 'answered != 0 && WindowOpen &&\n')]),
+     [('(phase == RUN && answered == Members(sim_tick))', '(phase == RUN && answered != 0)')]),
     ('the sim takes an old answer for one to this tick', ROW,
      [('phase == RUN && k == sim_tick ->', 'phase == RUN && k != NOTHING ->')]),
     ('a module takes doubled SENSORS for those of the next tick', ROW,
-     [('if :: k == tick[me] -> sensed', 'if :: k != NOTHING -> sensed')]),
+     [(':: k == tick[me] && !Has(told, me) -> sensed', ':: k != NOTHING && !Has(told, me) -> sensed')]),
     ('an answer that is asked for is computed again', ROW,
      [('Send(ACTUATOR(me), k) :: else', _FRESH + ' :: else')]),
     ('the state is saved after it was said', ROW,
@@ -39,7 +42,7 @@ MUTANTS = [
     ('HELLO is said once', ROW,
      [('Runs(me) && phase == START &&', 'false && Runs(me) && phase == START &&')]),
     ('a module leaves when it has acknowledged END', ROW,
-     [(':: k == END -> SayTotals(me)', ':: k == END -> SayTotals(me); stage[me] = LEFT')]),
+     [(_ACKNOWLEDGE, ':: k == END -> SayTotals(me); stage[me] = LEFT\n       :: k == LEAVE_ALONE -> SayTotals(me)')]),
     ('END is called clean without the totals of all', ROW,
      [('phase == ENDING && acknowledged == EVERYBODY -> Conclude()', 'phase == ENDING -> Conclude()'),
       ('clean = (acknowledged == EVERYBODY)', 'clean = true')]),
@@ -49,4 +52,17 @@ MUTANTS = [
      [('Send(PROGRESS, whole)\n       :: else\n', 'Send(PROGRESS, existing)\n       :: else\n')]),
     ('END is called clean though the log lacks something', {'MODULES': 1, 'LOGGER': 1, 'TICKS': 1, 'FAULTS': 2, 'DEATHS': 1},
      [('(!LOGGER || log_whole);', 'true;')]),
+    ('what a module was told of the end is not saved', ROW,
+     [('Heard(i, 1) = 0;\n  stage', 'Heard(i, 1) = 0;\n  told = Without(told, i);\n  stage')]),
+    ('what a module was told of the end is saved after it is acknowledged', ROW,
+     [('told = With(told, i);\n  if', 'if'), ('vouched = With(vouched, i)\n  fi', 'vouched = With(vouched, i);\n'
+                                         '     if :: MayDie(i) -> Die(i) :: told = With(told, i) fi\n  fi')]),
+    ('a module is lost before the logger has all that it said', PARTING,
+     [('Parting && LoggerHas(LOSE) && Runs(i)', 'Parting && Runs(i)')]),
+    ('a module that is lost leaves when it has acknowledged that', PARTING,
+     [(_ACKNOWLEDGE, ':: k == END -> SayTotals(me)\n       :: k == LEAVE_ALONE -> SayTotals(me); stage[me] = LEFT')]),
+    ('the sim goes on though the module that is lost has not acknowledged it', PARTING,
+     [('AllAnswered && WindowOpen && !Parting &&', 'AllAnswered && WindowOpen &&')]),
+    ('a neighbour waits for the module that is lost', PARTING,
+     [('#define HasTransform(i, side) (!Mated(i, side, tick[i])', '#define HasTransform(i, side) (!HasMate(i, side)')]),
 ]

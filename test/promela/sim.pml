@@ -22,11 +22,11 @@ inline SayEnd() {
   phase = ENDING
 }
 
-/* The robot moves: the next SENSORS follow from the answers. Of a module that has not answered there is none. */
+/* The robot moves: the next SENSORS follow from the answers. Of a module that has not answered, or takes no part any more, there is none. */
 inline Advance() {
   sum = 2 * sensors + 1;
   for (n : 0 .. MODULES - 1) {
-    assert(saved_tick[n] > sim_tick);    /* Nobody's answer was taken that was not given. */
+    assert(saved_tick[n] > sim_tick || !TakesPart(n, sim_tick));    /* Nobody's answer was taken that was not given. */
     sum = sum + (Has(answered, n) -> (n + 3) * Expected(n, sim_tick) : 0)
   }
   sensors = sum % 251;
@@ -39,10 +39,10 @@ inline Advance() {
   assert(!LOGGER || sim_tick + 1 <= log_ticks + KEPT)
 }
 
-/* Once all answers are there, and the logger is not too far behind, the tick is over. */
+/* Once all answers are there, the logger is not too far behind, and who is to be lost has acknowledged that, the tick is over. */
 inline TryAdvance() {
   if
-  :: phase == RUN && answered == ALL && WindowOpen &&
+  :: AllAnswered && WindowOpen && !Parting &&
      May(SIM, (sim_tick + 1 < TICKS -> SAYS_TICK : SAYS_END), sim_tick + 1) ->
      Advance();
      if :: sim_tick == TICKS -> SayEnd() :: else -> SayTick() fi
@@ -79,7 +79,7 @@ inline TryConclude() {
 }
 
 /* The present tick lacks the answer of module i, and nothing is under way that could bring it. */
-#define LacksAnswer(i) (phase == RUN && !Has(answered, i))
+#define LacksAnswer(i) (phase == RUN && TakesPart(i, sim_tick) && !Has(answered, i))
 #define AnswerInVain(i) (Runs(i) && !(tick[i] == sim_tick && sensed[i]) && !UnderWay(ACTUATOR(i), sim_tick) && \
                          !UnderWay(SENSORS(i), sim_tick) && !UnderWay(ASK_ACTUATOR(i), sim_tick))
 
@@ -104,9 +104,15 @@ end:
        if
        :: k == HELLO && (phase == START || phase == ENDING) -> greeted = With(greeted, i); TryBegin()
        :: k == TOTALS && phase == ENDING -> acknowledged = With(acknowledged, i); TryConclude()
+       :: k == TOTALS && i == LEAVER && Parting -> acknowledged = With(acknowledged, i); TryAdvance()
        :: else
        fi;
        k = 0
+     }
+  /* Who is to be lost is told so once the logger has all that it said, until it acknowledges that. */
+  :: d_step {
+       i == LEAVER && Parting && LoggerHas(LOSE) && Runs(i) && !UnderWay(FAREWELL(i), LEAVE_ALONE) && !UnderWay(REPORT(i), TOTALS) ->
+       Send(FAREWELL(i), LEAVE_ALONE)
      }
   /* It asks where messages were lost, or too soon, and says SENSORS again, which the module may lack. */
   :: d_step {
@@ -127,16 +133,19 @@ end:
 /* A member keeps silent for good: a module that nobody goes on for, of which nothing is under way any more; or one that lacks what such a
 neighbour said. */
 #define MateLost(i, side) (LacksMate(i, side) && stage[Mate(i, side)] == LOST && !UnderWay(TRANSFORM(i, side), tick[i] - 1))
-#define SilentAnswer(i) (!Has(answered, i) && (stage[i] == LOST && !UnderWay(ACTUATOR(i), sim_tick) || MateLost(i, 0) || MateLost(i, 1)))
+#define SilentAnswer(i) (TakesPart(i, sim_tick) && !Has(answered, i) && (stage[i] == LOST && !UnderWay(ACTUATOR(i), sim_tick) || MateLost(i, 0) || MateLost(i, 1)))
 #define SilentHello(i) (stage[i] == LOST && !Has(greeted, i) && !UnderWay(REPORT(i), HELLO))
 #if LOGGER
 /* Of member p the logger lacks the first tick that it has not whole, though it is over; of who is lost it will never get it. */
-#define Lacks(p, k) ((k) < existing && !Has(recorded[p], k))
+#define Lacks(p, k) ((k) < existing && TakesPart(p, k) && !Has(recorded[p], k))
 #define GoneForGood(p) (p != LOG && stage[p] == LOST && Lacks(p, whole) && !UnderWay(RECORD(p), whole))
-#define SilentLogger (answered == ALL && !WindowOpen && (Any(GoneForGood)))
+/* The sim waits for the logger: the window is closed, or a module must not leave before. */
+#define WaitsForLogger (AllAnswered && (!WindowOpen || Parting && !LoggerHas(LOSE)))
+#define SilentLogger (WaitsForLogger && (Any(GoneForGood)))
 #else
 #define SilentLogger false
 #endif
+#define SilentLeaver (Parting && LoggerHas(LOSE) && stage[LEAVER] == LOST && !UnderWay(REPORT(LEAVER), TOTALS))
 #define SilentTotals(i) (Has(acknowledged, i) || stage[i] == LOST && !UnderWay(REPORT(i), TOTALS))
 #if MODULES == 1
 #define Any(Silent) Silent(0)
@@ -154,7 +163,7 @@ proctype Patience() {
   byte n;
 end:
   do
-  :: d_step { phase == RUN && (Any(SilentAnswer) || SilentLogger) -> SayEnd() }
+  :: d_step { phase == RUN && (Any(SilentAnswer) || SilentLogger || SilentLeaver) -> SayEnd() }
   :: d_step { phase == START && Any(SilentHello) -> SayTick(); SayEnd() }
   :: d_step {
        phase == ENDING && acknowledged != EVERYBODY && Each(SilentTotals) && (!LOGGER || Has(acknowledged, LOG)) ->

@@ -70,7 +70,7 @@ SnapshotHead ModuleParticipant::Head() const {
   head.kinematics_hash = options_.kinematics_hash;
   head.incarnation = options_.incarnation;
   head.module_id = options_.module_id;
-  head.left = left_ ? 1 : 0;
+  head.told = told_;
   return head;
 }
 
@@ -91,7 +91,7 @@ Result<void> ModuleParticipant::ResumeFrom(const std::vector<uint8_t>& snapshot)
   options_.incarnation = std::max(options_.incarnation, head->incarnation);
   resume_tick_ = head->next_tick;
   resumed_ = true;
-  left_ = head->left != 0;
+  told_ = head->told;
   return {};
 }
 
@@ -113,8 +113,11 @@ void ModuleParticipant::Start() {
   // A process that is killed before its next answer resumes from here, in the same incarnation.
   Save(resume_tick_);
   Tell(&ModuleLockstep::Begin, resume_tick_);
-  if (!left_) return;
-  machine_.OnLeave(now_us(), &actions_);
+  // What its predecessor was told of the end, and may not have acknowledged, is not said again.
+  if (told_ == Farewell::kLeave) machine_.OnLeave(now_us(), &actions_);
+  if (told_ == Farewell::kEnd) {
+    machine_.OnClock(resume_tick_, morphbus::sim_clock_t::PHASE_END, now_us(), &actions_);
+  }
   CarryOutActions();
 }
 
@@ -244,8 +247,6 @@ void ModuleParticipant::OnLeave(const uint8_t* data, size_t size) {
     machine_.OnLeaveAll(&actions_);
   } else if (leave.process == options_.module && !machine_.joining()) {
     machine_.OnLeave(now_us(), &actions_);
-    // Saved before it is acknowledged: started again, the process must not take part once more.
-    if (!std::exchange(left_, true)) Save(machine_.tick());
   }
   CarryOutActions();
 }
@@ -286,6 +287,12 @@ void ModuleParticipant::CarryOut(const ModuleAction& action) {
       return;
     // The sim makes the run's hash of its own totals and of those that modules send here.
     case ModuleAction::Kind::kEndAck:
+      // Saved before it is acknowledged: started again, the process must neither take part once
+      // more nor wait for a run that is over.
+      if (told_ == Farewell::kNone) {
+        told_ = machine_.left() ? Farewell::kLeave : Farewell::kEnd;
+        Save(machine_.tick());
+      }
       return SayTotals(machine_.tick() - 1, outbox_.totals());
     case ModuleAction::Kind::kFinish:
       return;

@@ -145,7 +145,7 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   std::vector<uint8_t> snapshot_;
   int64_t resume_tick_ = 0;
   bool resumed_ = false;
-  bool left_ = false;  ///< It was told that the run goes on without it.
+  Farewell told_ = Farewell::kNone;
   // What the bus has been told of our interest.
   bool narrowed_ = false, wakes_for_any_ = false;
   std::string error_, end_reason_;

@@ -10,10 +10,18 @@
 
 namespace morphbus::bridge {
 
+/// What a module has been told of the end, and acknowledges; whose process is started again after
+/// that must know it, since nobody says it a second time.
+enum class Farewell : uint16_t {
+  kNone = 0,
+  kLeave = 1,  ///< The run goes on without it.
+  kEnd = 2,    ///< The run is over.
+};
+
 /// The first bytes of a snapshot. They say whose state follows, so that another module's or build's
 /// is refused.
 struct SnapshotHead {
-  uint64_t magic = 0x4d42534e41503032;  ///< "MBSNAP02"
+  uint64_t magic = 0x4d42534e41503033;  ///< "MBSNAP03"
   int64_t next_tick = 0;                ///< The tick that is computed next.
   int64_t claim = 0;                    ///< Of the process, which the next one keeps.
   /// Of the images that the module runs on.
@@ -22,7 +30,7 @@ struct SnapshotHead {
   uint64_t state_size = 0;   ///< Bytes of the controller's state; filled in by WriteSnapshot.
   uint32_t incarnation = 0;  ///< Which of the module's cold starts saved this.
   uint16_t module_id = 0;
-  uint16_t left = 0;  ///< 1: it was told that the run goes on without it.
+  Farewell told = Farewell::kNone;
 };
 
 /// Writes a snapshot: the head, the state of the controller, and everything that was sent and is
