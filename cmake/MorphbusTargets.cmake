@@ -31,13 +31,13 @@ if(MORPHBUS_SANITIZE)
   target_compile_options(morphbus_sanitize INTERFACE
     -fsanitize=${MORPHBUS_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(morphbus_sanitize INTERFACE -fsanitize=${MORPHBUS_SANITIZE})
-  # Sanitized programs are large, and gold links them twice as fast as bfd.
-  include(CheckLinkerFlag)
-  check_linker_flag(CXX -fuse-ld=gold MORPHBUS_HAS_GOLD)
-  if(MORPHBUS_HAS_GOLD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    target_link_options(morphbus_sanitize INTERFACE -fuse-ld=gold)
-  endif()
   if(MORPHBUS_SANITIZE MATCHES "address" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # Sanitized programs are large, and gold links them twice as fast as bfd.
+    include(CheckLinkerFlag)
+    check_linker_flag(CXX -fuse-ld=gold MORPHBUS_HAS_GOLD)
+    if(MORPHBUS_HAS_GOLD)
+      target_link_options(morphbus_sanitize INTERFACE -fuse-ld=gold)
+    endif()
     # GCC describes each of UBSan's checks by data with two pointers, and keeps those of inline functions that the linker
     # dropped: four million relocations in morphbus, a tenth of a second at each of the thousands of starts in the suite.
     # A program at a fixed address has none.

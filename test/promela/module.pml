@@ -168,8 +168,8 @@ end:
      }
   /* The process is killed between two messages, and what it had not saved is gone. */
   :: d_step { Runs(me) && MayDie(me) -> Die(me) }
-  /* Another one goes on where it was, in silence but at the start and the end; or none does. Of what was under way to the dead one, anything may
-     have come to it and be lost. */
+  /* Another one goes on where it was, in silence but at the start and the end; or none does. Of what was under way to the dead one,
+     anything may have come to it and be lost. */
   :: atomic {
        stage[me] == DEAD ->
        for (k : 0 .. TO_MODULES / MODULES - 1) {

@@ -22,7 +22,8 @@ inline SayEnd() {
   phase = ENDING
 }
 
-/* The robot moves: the next SENSORS follow from the answers. Of a module that has not answered, or takes no part any more, there is none. */
+/* The robot moves: the next SENSORS follow from the answers. Of a module that has not answered, or takes no part any more, there is
+none. */
 inline Advance() {
   sum = 2 * sensors + 1;
   for (n : 0 .. MODULES - 1) {

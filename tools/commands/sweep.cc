@@ -204,6 +204,7 @@ int RunSweep(SweepOptions options) {
     return Unusable("--detach: only Slurm goes on by itself");
   }
   if (options.dry_run) return Estimate(*sweep, options);
+  // What another plan has left in the database stays there: rows that this one has, too, are done.
   const std::string path = options.output.empty() ? DatabaseOf(options.file) : options.output;
   Result<std::unique_ptr<SweepStore>> store = SweepStore::OpenToWrite(path);
   if (!store) return Unusable(store.error().message);
@@ -214,6 +215,7 @@ int RunSweep(SweepOptions options) {
   if (!planned) return Failed(planned.error().message);
   const WallTimer timer;
   if (const int status = RunMissing(store->get(), options); status != kDone) return status;
+  // Which rows' logs the file asks for follows from all figures: they are made by running again.
   std::vector<std::string> logs;
   const int kept = CaughtSignal() == 0 && !options.detach
                        ? KeepLogs(sweep->file, store->get(), options, &logs)

@@ -391,7 +391,7 @@ class SlurmEngine {
       // Of some of them nothing could be read.
       for (const std::string& folder : JobFolders(folder_)) RemoveJob(folder);
     }
-    // One in which there is something stays.
+    // A folder that still holds jobs, or a file of the user's, stays.
     std::filesystem::remove(folder_, unknown);
     if (!going.empty() && !options_.once) {
       Say("Slurm goes on with job {}: the same command takes the results in, scancel {} ends it\n",

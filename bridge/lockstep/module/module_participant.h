@@ -145,7 +145,7 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   std::vector<uint8_t> snapshot_;
   int64_t resume_tick_ = 0;
   bool resumed_ = false;
-  Farewell told_ = Farewell::kNone;
+  Farewell told_ = Farewell::kNone;  ///< What this module has acknowledged, or its predecessor.
   // What the bus has been told of our interest.
   bool narrowed_ = false, wakes_for_any_ = false;
   std::string error_, end_reason_;

@@ -10,8 +10,8 @@
 
 namespace morphbus::bridge {
 
-/// What a module has been told of the end, and acknowledges; whose process is started again after
-/// that must know it, since nobody says it a second time.
+/// What a module has been told of its end, and acknowledges. A process that goes on in its place
+/// must know it, since the simulator does not say it again once it has been acknowledged.
 enum class Farewell : uint16_t {
   kNone = 0,
   kLeave = 1,  ///< The run goes on without it.
@@ -30,7 +30,7 @@ struct SnapshotHead {
   uint64_t state_size = 0;   ///< Bytes of the controller's state; filled in by WriteSnapshot.
   uint32_t incarnation = 0;  ///< Which of the module's cold starts saved this.
   uint16_t module_id = 0;
-  Farewell told = Farewell::kNone;
+  Farewell told = Farewell::kNone;  ///< What the module knew of its end.
 };
 
 /// Writes a snapshot: the head, the state of the controller, and everything that was sent and is
