@@ -9,6 +9,7 @@
 
 #include "bridge/wire/arithmetic_hash.h"
 #include "bridge/wire/stream_hash.h"
+#include "sim/contact_pools.h"
 
 namespace morphbus::sim {
 namespace {
@@ -119,17 +120,12 @@ class TestWorld {
     return brick;
   }
 
-  /// Room for a few contacts: Bullet's default, for thousands, takes longer to make than all steps.
-  static btDefaultCollisionConstructionInfo SmallPools() {
-    btDefaultCollisionConstructionInfo pools;
-    pools.m_defaultMaxPersistentManifoldPoolSize = 16;
-    pools.m_defaultMaxCollisionAlgorithmPoolSize = 16;
-    return pools;
-  }
+  /// More than the ground and the bricks.
+  static constexpr int kMostBodies = 16;
 
-  btDefaultCollisionConfiguration configuration_{SmallPools()};
+  btDefaultCollisionConfiguration configuration_{ContactPools(kMostBodies)};
   btCollisionDispatcher dispatcher_{&configuration_};
-  btSimpleBroadphase broadphase_;
+  btSimpleBroadphase broadphase_{kMostBodies};
   btSequentialImpulseConstraintSolver solver_;
   btDiscreteDynamicsWorld dynamics_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   btStaticPlaneShape ground_shape_{btVector3(0, 1, 0), 0.0};

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "sim/contact_pools.h"
 #include "sim/engine_joint.h"
 #include "sim/world.h"
 
@@ -64,7 +65,8 @@ class FrictionWorld : public btDiscreteDynamicsWorld {
 /// The Bullet engine with all that is in it, in order of construction; Bullet wants the reverse for
 /// destruction.
 struct World::Engine {
-  explicit Engine(const std::vector<std::vector<bool>>* may_collide) : filter(may_collide) {}
+  explicit Engine(const std::vector<std::vector<bool>>* may_collide)
+      : configuration(ContactPools(may_collide->size())), filter(may_collide) {}
   ~Engine();
 
   /// Gravity, accuracy, and that pairs and the solver's sweep have a fixed order.

@@ -67,7 +67,7 @@ size_t CountOf(const model::ModuleType* type, std::vector<Member> model::ModuleT
 
 /// A group of columns that is filled from one module's samples.
 template <class Sample>
-struct Columns {
+struct ColumnGroup {
   const std::vector<Sample>* samples;
   /// Names with units, each behind a comma.
   std::string names = {};
@@ -79,7 +79,8 @@ int64_t Commas(std::string_view text) { return std::count(text.begin(), text.end
 
 /// Groups of columns side by side: a row at every time at which one of them has a sample.
 template <class Sample>
-Result<void> WriteSideBySide(const std::vector<Columns<Sample>>& groups, const TextSink& write) {
+Result<void> WriteSideBySide(const std::vector<ColumnGroup<Sample>>& groups,
+                             const TextSink& write) {
   std::string row = "time [s]";
   for (const auto& group : groups) row += group.names;
   row += "\n";
@@ -116,10 +117,10 @@ Result<void> WriteSideBySide(const std::vector<Columns<Sample>>& groups, const T
 template <class Sample, class Describe>
 Result<void> WriteModules(const RunLog& log, std::vector<Sample> ModuleSeries::*samples,
                           const Describe& describe, const TextSink& write) {
-  std::vector<Columns<Sample>> groups;
+  std::vector<ColumnGroup<Sample>> groups;
   for (const ModuleSeries& module : log.modules) {
     describe(module, TypeOf(log, module),
-             &groups.emplace_back(Columns<Sample>{&(module.*samples)}));
+             &groups.emplace_back(ColumnGroup<Sample>{&(module.*samples)}));
   }
   return WriteSideBySide(groups, write);
 }
@@ -128,7 +129,7 @@ Result<void> WriteModules(const RunLog& log, std::vector<Sample> ModuleSeries::*
 Result<void> WriteJoints(const RunLog& log, const TextSink& write) {
   using logger::SensorSample;
   const auto describe = [](const ModuleSeries& module, const model::ModuleType* type,
-                           Columns<SensorSample>* group) {
+                           ColumnGroup<SensorSample>* group) {
     const size_t joints =
         CountOf(type, &model::ModuleType::joints, module.sensors, &SensorSample::position);
     for (size_t j = 0; j < joints; ++j) {
@@ -169,7 +170,7 @@ std::string SensorColumns(const model::ModuleType* type, const std::string& modu
 /// SENSORS: what the sensors that M3L declares measured.
 Result<void> WriteSensors(const RunLog& log, const TextSink& write) {
   const auto describe = [](const ModuleSeries& module, const model::ModuleType* type,
-                           Columns<logger::SensorSample>* group) {
+                           ColumnGroup<logger::SensorSample>* group) {
     const size_t first = module.sensors.empty() ? 0 : module.sensors.front().values.size();
     group->names = SensorColumns(type, module.name, first);
     group->fill = [count = static_cast<size_t>(Commas(group->names))](
@@ -208,7 +209,7 @@ Result<void> WriteLinksOfWorld(const RunLog& log, std::vector<Entry> logger::Wor
   for (const logger::WorldSample& sample : log.world) {
     for (const Entry& entry : sample.*entries) columns[{entry.module_id, entry.link}] = 0;
   }
-  Columns<logger::WorldSample> group{&log.world};
+  ColumnGroup<logger::WorldSample> group{&log.world};
   size_t next = 0;
   for (auto& [link, column] : columns) {
     column = next++;
@@ -259,7 +260,7 @@ Result<void> WriteContactForces(const RunLog& log, const TextSink& write) {
 Result<void> WritePropagatedPoses(const RunLog& log, const TextSink& write) {
   using logger::TransformSample;
   const auto describe = [](const ModuleSeries& module, const model::ModuleType* type,
-                           Columns<TransformSample>* group) {
+                           ColumnGroup<TransformSample>* group) {
     const size_t links =
         CountOf(type, &model::ModuleType::links, module.transforms, &TransformSample::X_RL);
     group->names = fmt::format(",{}.pose_stale", module.name);
@@ -294,7 +295,7 @@ const char* ModeName(int mode) {
 Result<void> WriteCommands(const RunLog& log, const TextSink& write) {
   using logger::ActuatorSample;
   const auto describe = [](const ModuleSeries& module, const model::ModuleType* type,
-                           Columns<ActuatorSample>* group) {
+                           ColumnGroup<ActuatorSample>* group) {
     const size_t joints =
         CountOf(type, &model::ModuleType::joints, module.actuators, &ActuatorSample::joints);
     for (size_t j = 0; j < joints; ++j) {
