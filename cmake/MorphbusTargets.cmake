@@ -115,7 +115,8 @@ option(MORPHBUS_TESTS_BY_CASE "Each test case is started alone, as an entry of c
 
 # morphbus_test(NAME SOURCES a.cc ... DEPS lib ... [LABELS fast|net|slow] [PRIVATE_NETWORK] [SHARDS n]): one
 # GoogleTest program; a ctest entry a test case, or one for each of its SHARDS (MORPHBUS_TESTS_BY_CASE). If it speaks over LCM
-# each case has a network of its own.
+# each case has a network of its own. Those labelled slow compute much (all of a space, an accuracy, another engine's results) and
+# read little: tools/check has them in the release build, and only with --all under sanitizers, too.
 function(morphbus_test name)
   cmake_parse_arguments(ARG "SERIAL;PRIVATE_NETWORK" "TIMEOUT;SHARDS" "SOURCES;DEPS;LABELS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
@@ -126,6 +127,9 @@ function(morphbus_test name)
                                         morphbus_warnings morphbus_sanitize)
   target_compile_options(${name} PRIVATE ${MORPHBUS_TEST_OPTIONS})
   morphbus_use_precompiled(${name} morphbus_pch_test)
+  if("slow" IN_LIST ARG_LABELS)
+    add_dependencies(end_to_end ${name})
+  endif()
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 600)
   endif()
