@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 constexpr int32_t kTickUs = 20'000;
 
 /// A cube of 0.1 m around a point (m).
-std::vector<Vector3d> Cube(const Vector3d& centre) {
+std::vector<Vector3d> CornersOfCube(const Vector3d& centre) {
   std::vector<Vector3d> corners;
   for (int i = 0; i < 8; ++i) {
     corners.push_back(centre + 0.05 * Vector3d((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1,
@@ -37,7 +37,8 @@ std::vector<Vector3d> Cube(const Vector3d& centre) {
 model::Model TwoPairs() {
   model::ModuleType type;
   type.name = "Pair";
-  type.links = {{"light", Cube({0, 0, -0.1}), {}, 1.0}, {"heavy", Cube({0, 0, 0.1}), {}, 3.0}};
+  type.links = {{"light", CornersOfCube({0, 0, -0.1}), {}, 1.0},
+                {"heavy", CornersOfCube({0, 0, 0.1}), {}, 3.0}};
   model::Joint joint;
   joint.name = "turn";
   joint.link_a = 1;

@@ -139,6 +139,7 @@ class HelperNamesTest(Tree):
 
     def test_a_parameter_with_a_default_makes_no_difference(self):
         self.expect('int Root(int i) {', 'int Root(int i, int j = 0) {', True)
+        self.expect('int Root(int i) {', 'int Root(int i, const Colour& colour = {0.2, 0.4}) {', True)
 
     def test_the_same_type_twice_is_rejected(self):
         self.expect('struct Options {', 'struct Options {', True)
