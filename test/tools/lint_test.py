@@ -151,6 +151,27 @@ class HelperNamesTest(Tree):
         self.expect('using Kind = A::Kind;', 'using Kind = B::Kind;', True)
         self.expect('using Kind = A::Kind;', 'using Kind = A::Kind;', False)
 
+    def hidden(self, space, parameters, include=''):
+        """The lint's status where b.cc includes a function, and a.cc has a helper of its name."""
+        self.write('sim/CMakeLists.txt', 'morphbus_library(morphbus_sim SOURCES a.cc b.cc)\n')
+        self.write('sim/seal.h', 'namespace sim {\n\n/// Seals.\nvoid Seal(std::vector<int>* bytes);\n\n}  // namespace sim\n')
+        self.write('sim/all.h', '#include "sim/seal.h"\n')
+        self.write('sim/a.cc', f'{include}namespace {space} {{\nnamespace {{\n\nvoid Seal({parameters}) {{\n\n}}  // namespace\n')
+        self.write('sim/b.cc', '#include "sim/all.h"\n')
+        return self.run_lint('helper_names')
+
+    def test_a_helper_that_would_hide_a_function_of_a_header_is_rejected(self):
+        code, text = self.hidden('sim', 'std::vector<int>* image')
+        self.assertEqual(code, 1, text)
+        self.assertIn('sim/a.cc: error: morphbus_sim has another Seal in sim/seal.h', text)
+
+    def test_a_helper_that_hides_nothing_or_hides_it_today_is_accepted(self):
+        for case in (('sim', 'int image'), ('other', 'std::vector<int>* image'),
+                     ('sim', 'std::vector<int>* image', '#include "sim/seal.h"\n')):
+            with self.subTest(case):
+                code, text = self.hidden(*case)
+                self.assertEqual(code, 0, text)
+
     def test_a_file_that_is_compiled_alone_is_left_out(self):
         self.expect('struct Options {', 'struct Options {', False,
                     'morphbus_library(morphbus_sim SOURCES a.cc b.cc)\nmorphbus_compile_alone(b.cc)\n')

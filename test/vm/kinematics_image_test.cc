@@ -20,7 +20,7 @@ VerifyError Verify(const std::vector<uint8_t>& bytes, VerifiedKinematics* out) {
   return VerifyKinematics(bytes.data(), static_cast<uint32_t>(bytes.size()), out);
 }
 
-void Rehash(std::vector<uint8_t>* bytes) {
+void RehashTables(std::vector<uint8_t>* bytes) {
   const uint64_t hash = image::HashOf(bytes->data(), static_cast<uint32_t>(bytes->size()));
   for (uint32_t i = 0; i < 8; ++i) {
     (*bytes)[kinematics::kHashAt + i] = static_cast<uint8_t>(hash >> (8 * i));
@@ -120,7 +120,7 @@ TEST_F(KinematicsImageTest, DamageUnderACorrectHashIsRefusedOrHarmless) {
   for (int i = 0; i < 20000; ++i) {
     std::vector<uint8_t> bytes = i % 2 == 0 ? rail_ : hinge_;
     for (int k = 0; k < 3; ++k) bytes[random() % bytes.size()] = static_cast<uint8_t>(random());
-    Rehash(&bytes);
+    RehashTables(&bytes);
     if (Verify(bytes, &kinematics_).message != nullptr) continue;
     ++accepted;
     for (int c = 0; c < kinematics_.num_connections(); ++c) {
@@ -140,7 +140,7 @@ TEST_F(KinematicsImageTest, NumbersThatAreNotFiniteAreRefused) {
   for (uint32_t number = 0; number < 7; ++number) {
     std::vector<uint8_t> bytes = rail_;
     std::memcpy(bytes.data() + first + 8 + 4 * number, nan, 4);
-    Rehash(&bytes);
+    RehashTables(&bytes);
     EXPECT_STREQ(Verify(bytes, &kinematics_).message, "transform of a connection is not a pose");
   }
 }
