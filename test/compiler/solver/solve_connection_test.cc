@@ -332,8 +332,6 @@ TEST(SolveConnection, MoreThan64AlternativesAreRefused) {
 TEST(SolveConnection, RefusesWorkWithoutBound) {
   ModuleType type = Pillar(8);
   while (type.connectors.size() < 200) type.connectors.push_back(type.connectors[0]);
-  // Without hulls none of the candidates is looked at for longer than it takes to count it.
-  for (model::Link& link : type.links) link.hull.clear();
   EXPECT_NE(OnlyError(type, test::AllPointsCoincide(8)).message.find("candidates"),
             std::string::npos);
   std::vector<Condition> open_ends = {Coincident("")};
