@@ -4,7 +4,7 @@
 runs.json lists the runs: by name, the options of `morphbus run` (files are relative to the repository) and the hashes
 of the world and of the run, and for a program that is compiled for more module types than the robot has the options of
 `morphbus compile`, with {image} for the file. The suite demands these hashes of runs as they are, without the processor's fused
-multiply-add, and, in tools/check --ci and --all, of runs on an emulated old processor and of other builds. It also demands
+multiply-add, and, in tools/check, of runs on an emulated old processor and of other builds. It also demands
 of each run the fingerprint of arithmetic that sim/arithmetic.h calls usual.
 
 Usage: golden.py [--write] [--without-fma] [--runner COMMAND] [--reproduce] [--short] [--jobs N] [NAME]...
