@@ -173,6 +173,20 @@ TEST(Deaths, ARunGoesOnWithoutAModuleThatIsLostAndItsHashIsThatOfEveryLoss) {
   }
 }
 
+TEST(Deaths, InItsLastTickARunLosesNobody) {
+  for (const bool realtime : {false, true}) {
+    FakeRunOptions options;
+    options.realtime = realtime;
+    FakeRun run(options);
+    run.sim->OnAfterTick([&](int64_t tick) {
+      if (tick == options.ticks - 1) run.sim->Lose(1);
+    });
+    ASSERT_TRUE(run.Run());
+    EXPECT_EQ(run.sim->outcome().reason, "finished");
+    EXPECT_EQ(run.modules[1].controller->computed, Upto(options.ticks));
+  }
+}
+
 TEST(Deaths, AModuleThatIsLostAndKilledDoesNotComeBack) {
   FakeRun run({});
   std::vector<uint8_t> snapshot;

@@ -330,6 +330,13 @@ class Losses(Dying):
         self.assert_clean()
         self.assertEqual(as_json('run', *loss, '--inproc')['hash'], summary['hash'])
 
+    def test_after_the_last_tick_nobody_is_lost(self):
+        whole = self.lose('--inproc', seconds=1)['hash']
+        for where in '--inproc', '--isolate':
+            summary = self.lose('--lose', 'm4@1', where, seconds=1)
+            self.assertEqual((summary['ended'], summary['lost_modules'], summary['hash']), ('finished', {}, whole))
+            self.assertTrue(as_json('reproduce', self.path)['same'])
+
     def test_what_cannot_be_lost_is_refused(self):
         for text, why in (('m33@1', "did you mean 'm3'"), ('m3', 'expected MODULE@SECONDS'), ('@1', 'expected MODULE@'),
                           ('m3@', 'expected MODULE@'), ('m3@0', 'expected MODULE@'), ('m3@nan', 'expected MODULE@'),

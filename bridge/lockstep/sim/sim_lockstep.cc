@@ -393,6 +393,8 @@ void SimLockstep::SetSpeed(double speed, int64_t now_us, Actions* out) {
 
 void SimLockstep::Lose(int module, int64_t now_us, Actions* out) {
   if (phase_ >= Phase::kEnding || attendance_.lost(module)) return;
+  // Behind the last tick there is none in which the module could be gone.
+  if (tick_ + 1 == config_.num_ticks) return;
   attendance_.AskToLeave(module);
   // The wall does not wait for a farewell.
   if (config_.realtime) attendance_.GoOnWithout(module);

@@ -118,7 +118,7 @@ class SimLockstep {
   void SetSpeed(double speed, int64_t now_us, Actions* out);
   /// From the next tick on the run goes on without this module: before that tick, and once the
   /// logger has all that it said, it is asked to leave, and acknowledges as it would END. In real
-  /// time nobody waits for that.
+  /// time nobody waits for that. In the last tick it changes nothing.
   void Lose(int module, int64_t now_us, Actions* out);
   /// Lockstep only: the next tick is not begun before PassBarrier, so that something can be done
   /// between two ticks that takes time. Once all is there for it kAtBarrier says so, once.
