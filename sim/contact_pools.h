@@ -7,9 +7,9 @@
 
 namespace morphbus::sim {
 
-/// Pools for the contacts of so many bodies. Bullet's default is room for 4096 pairs that touch, 7
-/// MB that are cleared for every world, which takes longer than a second of a small robot's run. A
-/// body mostly touches the ground and a neighbour or two; beyond its pools Bullet takes from the
+/// Pools for the contacts of so many bodies. Bullet's default is room for 4096 pairs that touch:
+/// 7 MB, which are cleared for every world and take a third of the time of a run of half a second.
+/// A body mostly touches the ground and a neighbour or two; beyond its pools Bullet takes from the
 /// heap.
 inline btDefaultCollisionConstructionInfo ContactPools(size_t bodies) {
   btDefaultCollisionConstructionInfo pools;
