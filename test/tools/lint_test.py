@@ -154,9 +154,9 @@ class HelperNamesTest(Tree):
     def hidden(self, space, parameters, include=''):
         """The lint's status where b.cc includes a function, and a.cc has a helper of its name."""
         self.write('sim/CMakeLists.txt', 'morphbus_library(morphbus_sim SOURCES a.cc b.cc)\n')
-        self.write('sim/seal.h', 'namespace sim {\n\n/// Seals.\nvoid Seal(std::vector<int>* bytes);\n\n}  // namespace sim\n')
+        self.write('sim/seal.h', 'namespace sim {\n\n/// Seals.\n[[nodiscard]] bool Seal(std::vector<int>* bytes);\n\n}  // namespace sim\n')
         self.write('sim/all.h', '#include "sim/seal.h"\n')
-        self.write('sim/a.cc', f'{include}namespace {space} {{\nnamespace {{\n\nvoid Seal({parameters}) {{\n\n}}  // namespace\n')
+        self.write('sim/a.cc', f'{include}namespace {space} {{\nnamespace {{\n\nbool Seal({parameters}) {{\n\n}}  // namespace\n')
         self.write('sim/b.cc', '#include "sim/all.h"\n')
         return self.run_lint('helper_names')
 

@@ -23,7 +23,7 @@ inline std::string Repeated(const std::string& text, int times) {
   return all;
 }
 
-/// Compiles sources of so many tokens or somewhat more, each kind of them without an end.
+/// Compiles sources of about so many tokens, in each of which one thing comes again and again.
 inline void SurviveTokens(int tokens) {
   Survive("robot r: modules=(" + Repeated("A m, ", 2 * tokens / 5) + ")");
   Survive("robot r: x=1" + Repeated("+1", tokens / 2 - 1'000));
