@@ -337,6 +337,17 @@ class Losses(Dying):
             self.assertEqual((summary['ended'], summary['lost_modules'], summary['hash']), ('finished', {}, whole))
             self.assertTrue(as_json('reproduce', self.path)['same'])
 
+    def test_of_commands_that_a_run_ends_before_it_warns(self):
+        script = self.folder / 'script'
+        script.write_text('49 push m5 EAST 20\n50 push m5 EAST 20\n')
+        for options, warnings in (
+                (('--lose', 'm4@1'), ['the run ends before tick 50, in which "lose m4" was to take effect: give it more --seconds']),
+                (('--lose', 'm4@0.98'), []),
+                (('--commands', script),
+                 ['the run ends before tick 50, in which "push m5 EAST 20" was to take effect: give it more --seconds'])):
+            run = morphbus('run', *QUADRUPED, '--inproc', '--no-log', '--seconds', 1, *options)
+            self.assertEqual(run.stderr.splitlines(), [f'morphbus: warning: {text}' for text in warnings])
+
     def test_what_cannot_be_lost_is_refused(self):
         for text, why in (('m33@1', "did you mean 'm3'"), ('m3', 'expected MODULE@SECONDS'), ('@1', 'expected MODULE@'),
                           ('m3@', 'expected MODULE@'), ('m3@0', 'expected MODULE@'), ('m3@nan', 'expected MODULE@'),

@@ -184,6 +184,7 @@ int RunRobot(const RunOptions& options) {
   // Models and programs with errors are refused before anything starts.
   std::optional<RunPlan> plan = PlanRun(options);
   if (!plan) return kUnusable;
+  WarnOfUnreached(plan->script, plan->num_ticks());
   if (options.isolate) {
     if (Result<void> entered = EnterPrivateNetwork(); !entered)
       return Unusable(entered.error().message);

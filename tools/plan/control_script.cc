@@ -157,6 +157,18 @@ std::optional<ControlScript> LoadScript(const std::string& path, const model::Mo
   return std::move(*script);
 }
 
+void WarnOfUnreached(const ControlScript& script, int64_t num_ticks) {
+  if (num_ticks < 0) return;
+  std::vector<std::string> warnings;
+  for (const ScriptedCommand& scripted : script.commands) {
+    if (scripted.tick < num_ticks) continue;
+    warnings.push_back(fmt::format(
+        "the run ends before tick {}, in which \"{}\" was to take effect: give it more --seconds",
+        scripted.tick, bridge::ControlText(scripted.command)));
+  }
+  WarnOfMany(warnings);
+}
+
 Result<void> WriteScript(const ControlScript& script, const std::string& folder) {
   // Images lie beside the commands, under their hashes.
   std::string text;

@@ -44,6 +44,10 @@ std::string WhyNotFor(const model::Model& model, const std::string& image);
 /// be used.
 std::optional<ControlScript> LoadScript(const std::string& path, const model::Model& model);
 
+/// Warns on stderr of commands that a run of `num_ticks` control ticks (-1: until stopped) ends
+/// before.
+void WarnOfUnreached(const ControlScript& script, int64_t num_ticks);
+
 /// Puts a script into a run's folder, where the sim finds it, and back. No folder (an empty path)
 /// and one without a script give an empty script; reading fails if there is one that cannot be
 /// used.
