@@ -89,7 +89,7 @@ TEST(ControlCommandTest, ErrorsSayWhatWasExpected) {
   EXPECT_EQ(ErrorOf("pause now"), "expected: pause");
   EXPECT_EQ(ErrorOf("push m5 EAST"), "expected: push BODY DIRECTION NEWTON [SECONDS]");
   EXPECT_EQ(ErrorOf("inspect m5.c1"), "expected MODULE, not m5.c1");
-  EXPECT_EQ(ErrorOf("inspect m5 m6"), "expected: inspect [m5]");
+  EXPECT_EQ(ErrorOf("inspect m5 m6"), "expected: inspect [MODULE]");
   EXPECT_EQ(ErrorOf("step 0"), "step: expected a number, 1 to 1000000, not '0'");
   EXPECT_EQ(ErrorOf("speed nan"), "speed: expected a number, 0 to 1000000, not 'nan'");
   EXPECT_EQ(ErrorOf("speed 1e-300"), "speed: expected 0 or at least 0.001, not '1e-300'");

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstddef>
+#include <utility>
 
 #include "compiler/base/quantity.h"
 #include "tools/base/messages.h"
@@ -14,27 +17,55 @@ CLI::Validator InUnits(const QuantityReader& reader) {
   return CLI::Validator([&reader](std::string& text) { return MakePlain(reader, &text); }, "");
 }
 
-/// The exit status if the first argument is meant as a subcommand and is none; the nearest one is
-/// named, where CLI11 would call the word an unexpected argument.
-std::optional<int> RefuseUnknownCommand(const CLI::App& app, int argc, const char* const* argv) {
-  // An option, such as --help, is not meant as a command.
-  if (argc < 2 || argv[1][0] == '-') return std::nullopt;
-  // CLI11 gives without a filter only those that the command line names.
-  std::vector<std::string> names;
-  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
-    if (sub->check_name(argv[1])) return std::nullopt;
-    names.push_back(sub->get_name());
+/// All subcommands: CLI11 gives without a filter only those that the command line names.
+std::vector<const CLI::App*> CommandsOf(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
+/// "morphbus sweep": a command with those above it.
+std::string FullName(const CLI::App& app) {
+  const CLI::App* above = app.get_parent();
+  return (above == nullptr ? "" : FullName(*above) + " ") + app.get_name();
+}
+
+/// Follows the names of commands at the beginning of `words`, behind the program, and puts in those
+/// that are implied. The exit status if a word is meant as a command and is none; the nearest one
+/// is named, where CLI11 would call the word an unexpected argument.
+std::optional<int> FollowCommands(const CLI::App& program,
+                                  const std::map<const CLI::App*, std::string>& implied,
+                                  std::vector<std::string>* words) {
+  const CLI::App* app = &program;
+  for (size_t i = 0;; ++i) {
+    const std::vector<const CLI::App*> commands = CommandsOf(*app);
+    // Who has no commands takes the rest as options and arguments.
+    if (commands.empty() || i == words->size()) return std::nullopt;
+    const std::string word = (*words)[i];
+    const auto called = [&](const CLI::App* sub) { return sub->check_name(word); };
+    if (const auto sub = std::ranges::find_if(commands, called); sub != commands.end()) {
+      app = *sub;
+      continue;
+    }
+    // Help and version are of the command that the words before have named.
+    const bool of_all = word == "-h" || word == "--help" || word == "--version";
+    const auto default_command = implied.find(app);
+    if (default_command != implied.end() && !of_all &&
+        (word.starts_with("-") || word.find_first_of("./") != std::string::npos)) {
+      words->insert(words->begin() + static_cast<std::ptrdiff_t>(i), default_command->second);
+      return std::nullopt;
+    }
+    if (word.starts_with("-")) return std::nullopt;
+    std::vector<std::string> names;
+    for (const CLI::App* sub : commands) names.push_back(sub->get_name());
+    return Unusable(fmt::format("there is no command '{}'{}; {} --help lists them", word,
+                                DidYouMean(word, names), FullName(*app)));
   }
-  return Unusable(fmt::format("there is no command '{}'{}; {} --help lists them", argv[1],
-                              DidYouMean(argv[1], names), app.get_name()));
 }
 
 /// The exit status if an option is given an empty value, such as that of a shell's variable that is
 /// not set: that is not meant, and CLI11 would take it for an option that was left out.
-std::optional<int> RefuseEmptyValue(int argc, const char* const* argv) {
+std::optional<int> RefuseEmptyValue(const std::vector<std::string>& words) {
   std::string option;
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
+  for (const std::string& argument : words) {
     // "--log=" is "--log" and an empty value in one word.
     const size_t equals = argument.starts_with("--") ? argument.find('=') : std::string::npos;
     const bool whole = equals != std::string::npos && equals + 1 == argument.size();
@@ -97,16 +128,52 @@ int ReportParseError(const CLI::App& app, const CLI::ParseError& error) {
   const auto status = static_cast<CLI::ExitCodes>(error.get_exit_code());
   // CLI11 throws for --help and --version too, and app.exit prints what they ask for.
   if (status == CLI::ExitCodes::Success) return app.exit(error);
-  // The hint names the subcommand whose help lists the options.
-  std::string command = app.get_name();
+  // The hint names the command whose help lists the options.
+  const CLI::App* command = &app;
   std::string what = UnknownOption(app);
-  for (const CLI::App* sub : app.get_subcommands()) {
-    command += " " + sub->get_name();
-    if (what.empty()) what = UnknownOption(*sub);
+  while (!command->get_subcommands().empty()) {
+    command = command->get_subcommands().front();
+    if (what.empty()) what = UnknownOption(*command);
   }
   // A misspelt option often shows as another that is missing: the misspelt one is the cause.
   if (what.empty()) what = error.what();
-  return Unusable(fmt::format("{} (see {} --help)", what, command));
+  return Unusable(fmt::format("{} (see {} --help)", what, FullName(*command)));
+}
+
+/// An option or positional argument as data.
+OptionHelp HelpOf(const CLI::Option& option) {
+  OptionHelp help;
+  help.names = {option.get_name(true)};
+  if (!option.get_positional()) {
+    help.names.clear();
+    for (const std::string& name : option.get_snames()) help.names.push_back("-" + name);
+    for (const std::string& name : option.get_lnames()) help.names.push_back("--" + name);
+  }
+  help.most_values = option.get_items_expected_max();
+  // Behind a colon stand the checks of the value, such as its range.
+  const std::string type = option.get_type_name();
+  if (help.most_values > 0) help.type = type.substr(0, type.find(':'));
+  // CLI11 calls every text so.
+  if (help.type == "TEXT" && option.get_positional()) help.type = help.names.front();
+  help.value_optional = option.get_items_expected_min() == 0;
+  help.required = option.get_required();
+  help.repeatable = option.get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
+  help.what = option.get_description();
+  return help;
+}
+
+/// A command, and those below it, as data.
+CommandHelp HelpOf(const CLI::App& app, const std::map<const CLI::App*, std::string>& implied) {
+  CommandHelp help = {app.get_name(), app.get_description(), app.get_footer(), {}, {}, ""};
+  for (const CLI::Option* option : app.get_options()) {
+    // The empty group is that of what is hidden.
+    if (!option->get_group().empty()) help.options.push_back(HelpOf(*option));
+  }
+  for (const CLI::App* sub : CommandsOf(app)) {
+    if (!sub->get_group().empty()) help.commands.push_back(HelpOf(*sub, implied));
+  }
+  if (const auto it = implied.find(&app); it != implied.end()) help.implied = it->second;
+  return help;
 }
 
 }  // namespace
@@ -186,7 +253,7 @@ Option Subcommand::Flag(const std::string& names, bool* target, const std::strin
 }
 
 Option Subcommand::Robot(std::string* target) {
-  return Add("--robot", target, "The robot's name (default: the only one)");
+  return Add("--robot", target, "The robot's name (default: the only one)").TypeName("ROBOT");
 }
 
 Option Subcommand::Description(std::string* target) {
@@ -212,20 +279,26 @@ Option Subcommand::Seed(uint64_t* target, const std::string& what) {
   return Option(app_->add_option("--seed", *target, what)->check(CLI::Validator(check, "")));
 }
 
+Subcommand Subcommand::Command(const std::string& name, const std::string& what) {
+  app_->require_subcommand(1);
+  return {app_->add_subcommand(name, what), line_};
+}
+
+void Subcommand::Implied(const std::string& name) { line_->implied_[app_] = name; }
+
 void Subcommand::Hidden() { app_->group(""); }
 
 void Subcommand::Footer(const std::string& text) { app_->footer(text); }
 
 void Subcommand::Do(Action action) {
   // CLI11 calls this while it parses; the action itself runs later, when all options are read.
-  app_->callback([chosen = action_, action = std::move(action)] { *chosen = action; });
+  app_->callback([chosen = &line_->action_, action = std::move(action)] { *chosen = action; });
 }
 
 void Subcommand::PassArguments(std::function<int(const std::vector<std::string>&)> action) {
-  // CLI11 then leaves everything behind the name as it is, and --help is not ours.
   app_->prefix_command();
   app_->set_help_flag();
-  Do([app = app_, action = std::move(action)] { return action(app->remaining()); });
+  Do([line = line_, action = std::move(action)] { return action(line->passed_); });
 }
 
 CommandLine::CommandLine(const std::string& program, const std::string& what,
@@ -240,16 +313,29 @@ CommandLine::CommandLine(const std::string& program, const std::string& what,
 CommandLine::~CommandLine() = default;
 
 Subcommand CommandLine::Add(const std::string& name, const std::string& what) {
-  return {app_->add_subcommand(name, what), &action_};
+  return {app_->add_subcommand(name, what), this};
 }
+
+CommandHelp CommandLine::Help() const { return HelpOf(*app_, implied_); }
 
 std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
   // This comes before CLI11 sees the arguments: a misspelt command may look like an argument of the
   // program.
-  if (const std::optional<int> status = RefuseUnknownCommand(*app_, argc, argv)) return status;
-  if (const std::optional<int> status = RefuseEmptyValue(argc, argv)) return status;
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  if (const auto status = FollowCommands(*app_, implied_, &words)) return status;
+  // What follows a command that passes it on is nothing that CLI11, or a check, should see.
+  const auto passes = [&](const CLI::App* sub) {
+    return sub->get_prefix_command() && !words.empty() && sub->check_name(words.front());
+  };
+  if (std::ranges::any_of(CommandsOf(*app_), passes)) {
+    passed_.assign(words.begin() + 1, words.end());
+    words.resize(1);
+  }
+  if (const std::optional<int> status = RefuseEmptyValue(words)) return status;
   try {
-    app_->parse(argc, argv);
+    // CLI11 takes them from the end.
+    std::ranges::reverse(words);
+    app_->parse(std::move(words));
   } catch (const CLI::ParseError& error) {
     return ReportParseError(*app_, error);
   }

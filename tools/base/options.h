@@ -4,10 +4,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "tools/base/command_help.h"
 
 namespace CLI {
 class App;
@@ -27,7 +30,10 @@ class Option {
 
   /// The command line is refused without it.
   Option& Required();
-  /// What the help calls its value, such as "A,B"; by default that is the value's type.
+  /// What the help calls its value, such as "A,B"; by default that is the value's type. Shells
+  /// complete the value by it (tools/shell/completion.h): words in small letters with | between
+  /// them are what may stand there, and words such as FILE, FOLDER, ROBOT say where to look. The
+  /// name of a positional argument counts as its type unless it has another.
   Option& TypeName(const std::string& name);
   /// Several values may stand in one argument, with `separator` between them.
   Option& Separator(char separator);
@@ -53,13 +59,15 @@ class Option {
   CLI::Option* option_;
 };
 
+class CommandLine;
+
 /// A subcommand: its options, and what it does. A handle, as Option is one.
 ///
 /// `names` of Add and Flag are "-o,--output" for an option, "FILE" for a positional argument. The
 /// targets are written when the command line is parsed and must live until then.
 class Subcommand {
  public:
-  Subcommand(CLI::App* app, Action* action) : app_(app), action_(action) {}
+  Subcommand(CLI::App* app, CommandLine* line) : app_(app), line_(line) {}
 
   /// An option with a value. `Value` is std::string, a vector of them, double,
   /// std::optional<double>, int, size_t or bool (written `true` or `false`): options.cc
@@ -82,6 +90,12 @@ class Subcommand {
   /// unsigned option would take -1 for the largest, and cut what is too large).
   Option Seed(uint64_t* target, const std::string& what);
 
+  /// Adds a command below this one, which then does nothing by itself: `morphbus sweep status`.
+  Subcommand Command(const std::string& name, const std::string& what);
+  /// The command below this one that is meant where a file (a word with a dot or a slash) or an
+  /// option stands in the place of its name.
+  void Implied(const std::string& name);
+
   /// The list of commands leaves it out.
   void Hidden();
   /// Examples and exit statuses, at the end of the help.
@@ -94,7 +108,7 @@ class Subcommand {
 
  private:
   CLI::App* app_;
-  Action* action_;
+  CommandLine* line_;
 };
 
 /// The command line as a whole: a program with subcommands.
@@ -117,9 +131,18 @@ class CommandLine {
   /// The action of the subcommand that the user chose; empty before a successful Parse.
   [[nodiscard]] const Action& action() const { return action_; }
 
+  /// The program and all its commands, as they have been added so far.
+  [[nodiscard]] CommandHelp Help() const;
+
  private:
+  friend class Subcommand;
+
   std::unique_ptr<CLI::App> app_;
   Action action_;
+  /// The commands that are implied below others.
+  std::map<const CLI::App*, std::string> implied_;
+  /// What the command line has behind a command that passes it on.
+  std::vector<std::string> passed_;
 };
 
 }  // namespace morphbus::tools

@@ -183,9 +183,10 @@ int Check(const CheckOptions& options) {
 void AddCheck(CommandLine* line) {
   Subcommand sub = line->Add("check", "Check M3L models and print what they hold");
   auto options = std::make_shared<CheckOptions>();
-  sub.Add("FILE", &options->files, "M3L files; several are one model").Required();
+  sub.Add("FILE.m3l", &options->files, "M3L files; several are one model").Required();
   sub.Json(&options->json);
-  sub.Add("--dump", &options->dump, "Print a stage instead: tokens, ast or model");
+  sub.Add("--dump", &options->dump, "Print a stage instead: tokens, ast or model")
+      .TypeName("tokens|ast|model");
   sub.Flag("--attributes", &options->attributes,
            "Also list what `run --set` can change: values, ranges and units");
   AddMotionOptions(&sub, &options->motion);

@@ -63,6 +63,10 @@ void AddRuns(CommandLine* line);
 /// `doctor` answers whether this machine can carry a run, and names what mends it.
 void AddDoctor(CommandLine* line);
 
+/// `completion` and `man` tell shells and manual pages of the command line.
+void AddCompletion(CommandLine* line);
+void AddManual(CommandLine* line);
+
 // Logs.
 /// `compare` answers whether two logs hold the same walk, by role and label.
 void AddCompare(CommandLine* line);

@@ -299,33 +299,35 @@ void AddCompare(CommandLine* line) {
       "compare",
       "Are two runs the same walk, by role and label? Exit status 0 yes, 1 no, 2 cannot say");
   auto options = std::make_shared<CompareOptions>();
-  sub.Add("A", &options->a, "Log file").Required();
-  sub.Add("B", &options->b, "Log file; not needed with --baseline");
+  sub.Add("A", &options->a, "Log file").TypeName("LOG").Required();
+  sub.Add("B", &options->b, "Log file; not needed with --baseline").TypeName("LOG");
   sub.Flag("--all", &options->all, "Figures of every role, not only of the one that differs most");
   sub.Add("--report", &options->report,
           "Write a page with plots (one self-contained file; '-': only that, on stdout)")
       .TypeName("OUT.html");
   sub.Add("--align", &options->align,
           "By what times are matched: tick (default), event (commands that begin, roles that are "
-          "taken), lag (one shift for all)");
+          "taken), lag (one shift for all)")
+      .TypeName("tick|event|lag");
   sub.Add("--level", &options->level,
-          "What is compared: sample (default: every instant), gait (cycle, distance, turn, duty)");
+          "What is compared: sample (default: every instant), gait (cycle, distance, turn, duty)")
+      .TypeName("sample|gait");
   sub.Add("--tolerances", &options->tolerance_file,
           "File of tolerances, also by role and label (TOML; docs/log.md has the format)")
-      .TypeName("FILE");
+      .TypeName("FILE.toml");
   sub.Add("--tolerance", &options->tolerances,
           fmt::format("Largest difference that counts as none; may be repeated. NAME is one of {}",
                       fmt::join(NamesOfTolerances(), ", ")))
-      .TypeName("NAME=VALUE")
+      .TypeName("TOLERANCE=VALUE")
       .Repeatable();
   sub.Add("--without", &options->without,
           fmt::format("Leave quantities out that a log does not hold; may be repeated: {}",
                       fmt::join(logger::kQuantityGroups, ", ")))
-      .TypeName("GROUP")
+      .TypeName(fmt::format("{}", fmt::join(logger::kQuantityGroups, "|")))
       .Repeatable();
   sub.Add("--baseline", &options->baseline,
           "Compare with the log of the same name that DIR keeps; keep it there if there is none")
-      .TypeName("DIR");
+      .TypeName("FOLDER");
   sub.Flag("--update", &options->update, "Keep the log as the new baseline");
   sub.Description(&options->description);
   sub.Force(&options->force);

@@ -125,16 +125,18 @@ int Compile(const CompileOptions& options) {
 void AddCompile(CommandLine* line) {
   Subcommand sub = line->Add("compile", "Compile a DynaRole program");
   auto options = std::make_shared<CompileOptions>();
-  sub.Add("PROGRAM", &options->program, "DynaRole program").Required();
+  sub.Add("PROG.dyn", &options->program, "DynaRole program").Required();
   sub.Add("--keywords", &options->keywords, "XML of the module types (morphbus export --to xml)")
       .TypeName("TYPE.xml...");
-  sub.Add("--model", &options->model, "M3L file whose module types the program may use");
-  sub.Add("-o,--output", &options->output, "Image to write ('-': stdout)");
+  sub.Add("--model", &options->model, "M3L file whose module types the program may use")
+      .TypeName("FILE.m3l");
+  sub.Add("-o,--output", &options->output, "Image to write ('-': stdout)").TypeName("FILE");
   AddSettings(&sub, &options->params, &options->set);
   sub.Flag("--strip", &options->strip,
            "Leave out names and source lines, which a microcontroller need not hold");
   sub.Force(&options->force);
-  sub.Add("--dump", &options->dump, "Print a stage instead: tokens, ast or code");
+  sub.Add("--dump", &options->dump, "Print a stage instead: tokens, ast or code")
+      .TypeName("tokens|ast|code");
   sub.Json(&options->json);
   sub.Footer(
       "Examples:\n"

@@ -205,8 +205,9 @@ int Connections(ConnectionsOptions options) {
 void AddConnections(CommandLine* line) {
   Subcommand sub = line->Add("connections", "List the numbered ways of mating two modules");
   auto options = std::make_shared<ConnectionsOptions>();
-  sub.Add("FILE", &options->file, "M3L file");
-  sub.Add("--connection", &options->connection, "Which connection definition");
+  sub.Add("FILE.m3l", &options->file, "M3L file");
+  sub.Add("--connection", &options->connection, "Which connection definition")
+      .TypeName("CONNECTION");
   sub.Add("--pair", &options->pair, "Only this pair of connectors, e.g. c1,c4").TypeName("A,B");
   const Option why = sub.Add("--why", &options->why_pair,
                              "Explain a pair of connectors: every candidate, and what removed it")

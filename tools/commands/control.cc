@@ -146,11 +146,14 @@ void AddControl(CommandLine* line) {
   Subcommand sub = line->Add("control", "Act on a running robot: pause, push, deploy, invoke, ...");
   auto options = std::make_shared<ControlOptions>();
   sub.Add("COMMAND", &options->words, "What to do, see below").Required();
-  sub.Add("--run", &options->run, "The run to command (default: the only one; see morphbus runs)");
-  sub.Add("--to", &options->to, "deploy, invoke: the module that gets it (default: the root)");
+  sub.Add("--run", &options->run, "The run to command (default: the only one; see morphbus runs)")
+      .TypeName("RUN");
+  sub.Add("--to", &options->to, "deploy, invoke: the module that gets it (default: the root)")
+      .TypeName("MODULE");
   sub.Add("--at", &options->at,
           "deploy, set: sim time, seconds, at which all modules go over to the program, or value "
-          "(default: as soon as all have it)");
+          "(default: as soon as all have it)")
+      .TypeName("SECONDS");
   sub.Flag("--cold", &options->cold, "restart: the module begins anew");
   sub.Json(&options->json);
   sub.Footer(fmt::format(

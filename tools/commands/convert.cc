@@ -280,8 +280,10 @@ void AddConvert(CommandLine* line) {
       .TypeName(fmt::format("{}", fmt::join(NamesOf(kFormats), "|")))
       .Required();
   sub.Add("-o,--output", &options->output, "File or, for csv, folder to write; '-': stdout")
+      .TypeName("FILE|FOLDER")
       .Required();
-  sub.Add("--run", &options->run, "csv: which run, if the log holds several (default: the first)");
+  sub.Add("--run", &options->run, "csv: which run, if the log holds several (default: the first)")
+      .TypeName("NAME");
   sub.Add("-e,--channel", &options->channel, "json, mcap: only channels whose whole name matches")
       .TypeName("REGEX");
   sub.Description(&options->description);

@@ -106,8 +106,9 @@ void AddDoctor(CommandLine* line) {
   Subcommand sub =
       line->Add("doctor", "Check that this machine can carry a run, and what mends it");
   auto options = std::make_shared<DoctorOptions>();
-  sub.Add("-l,--lcm-url", &options->url, "Bus to look at (default: $LCM_DEFAULT_URL, else LCM's)");
-  sub.Add("--run", &options->run, "Look at the network of this run");
+  sub.Add("-l,--lcm-url", &options->url, "Bus to look at (default: $LCM_DEFAULT_URL, else LCM's)")
+      .TypeName("URL");
+  sub.Add("--run", &options->run, "Look at the network of this run").TypeName("RUN");
   sub.Json(&options->json);
   sub.Footer(
       "Status 0: nothing stops a run here; 1: something does.\n"

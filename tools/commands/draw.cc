@@ -342,8 +342,10 @@ void AddDraw(CommandLine* line) {
   Subcommand sub = line->Add("draw", "A picture of a robot: at its start values, or from a log");
   auto options = std::make_shared<DrawOptions>();
   options->views = {"side"};
-  sub.Add("FILE", &options->file, "M3L file, or with --at, --strip or --video a log").Required();
-  sub.Add("--robot", &options->robot, "A model's robot (default: the only one)");
+  sub.Add("FILE", &options->file, "M3L file, or with --at, --strip or --video a log")
+      .TypeName("FILE.m3l|LOG")
+      .Required();
+  sub.Add("--robot", &options->robot, "A model's robot (default: the only one)").TypeName("ROBOT");
   sub.Add("--world", &options->world, "SDFormat file of obstacles beside a model's robot")
       .TypeName("FILE");
   sub.Add("--at", &options->at, "Sim time of the log, seconds").Seconds();
@@ -354,10 +356,14 @@ void AddDraw(CommandLine* line) {
   sub.Add("--from", &options->from, "Sim time at which a strip or a video begins, seconds")
       .Seconds();
   sub.Add("--to", &options->to, "Sim time at which it ends, seconds").Seconds();
-  sub.Add("--run", &options->run, "Which run, if the log holds several (default: the first)");
+  sub.Add("--run", &options->run, "Which run, if the log holds several (default: the first)")
+      .TypeName("NAME");
   sub.Description(&options->description);
-  sub.Add("--view", &options->views, "side, top, front, iso; several: side,top").Separator(',');
+  sub.Add("--view", &options->views, "side, top, front, iso; several: side,top")
+      .TypeName("side|top|front|iso")
+      .Separator(',');
   sub.Add("-o,--output", &options->output, "Picture to write: .svg, .png, or .webp for a video")
+      .TypeName("FILE")
       .Required();
   sub.Force(&options->force);
   sub.Footer(

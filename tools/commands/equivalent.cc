@@ -226,12 +226,12 @@ int Equivalent(const EquivalentOptions& options) {
 void AddEquivalent(CommandLine* line) {
   Subcommand sub = line->Add("equivalent", "Are two robots kinematically congruent?");
   auto options = std::make_shared<EquivalentOptions>();
-  sub.Add("FILE", &options->file, "M3L file").Required();
-  sub.Add("R1", &options->robot_a, "A robot").Required();
-  sub.Add("R2", &options->robot_b, "The other; may be the same one").Required();
+  sub.Add("FILE.m3l", &options->file, "M3L file").Required();
+  sub.Add("R1", &options->robot_a, "A robot").TypeName("ROBOT").Required();
+  sub.Add("R2", &options->robot_b, "The other; may be the same one").TypeName("ROBOT").Required();
   sub.Add("--program", &options->program,
           "DynaRole program or image: does it bind the same roles and labels on both?")
-      .TypeName("PROGRAM");
+      .TypeName("PROG.dyn");
   sub.Json(&options->json);
   sub.Footer(
       "Exit status 0: congruent, with a mapping, and --program binds alike; 1: not, with the "

@@ -292,12 +292,12 @@ int Export(ExportOptions options) {
 }
 
 /// Of the formats that `fits`, for the help: "urdf, sdf".
-std::string FormatNames(bool (*fits)(const ExportFormat&)) {
+std::string FormatNames(bool (*fits)(const ExportFormat&), const char* between = ", ") {
   std::vector<std::string> names;
   for (const ExportFormat& format : ExportFormats()) {
     if (fits(format)) names.emplace_back(format.name);
   }
-  return fmt::format("{}", fmt::join(names, ", "));
+  return fmt::format("{}", fmt::join(names, between));
 }
 
 }  // namespace
@@ -306,28 +306,34 @@ void AddExport(CommandLine* line) {
   Subcommand sub =
       line->Add("export", "Write a model, a module type or a robot for other programs");
   auto options = std::make_shared<ExportOptions>();
-  sub.Add("FILE", &options->file, "M3L file").Required();
-  sub.Add("--robot", &options->robot, "Robot (default: the only one)");
+  sub.Add("FILE.m3l", &options->file, "M3L file").Required();
+  sub.Add("--robot", &options->robot, "Robot (default: the only one)").TypeName("ROBOT");
   sub.Add("--module", &options->module,
           fmt::format("Module type (for {}: default the only one)",
-                      FormatNames([](const ExportFormat& f) { return f.of == Of::kModule; })));
-  sub.Add("--to", &options->to, "One of " + FormatNames([](const ExportFormat&) { return true; }))
+                      FormatNames([](const ExportFormat& f) { return f.of == Of::kModule; })))
+      .TypeName("TYPE");
+  sub.Add("--to", &options->to, "The format")
+      .TypeName(FormatNames([](const ExportFormat&) { return true; }, "|"))
       .Required();
   sub.Add("-o,--output", &options->output,
           "File to write ('-': stdout); what belongs to it is written beside it")
+      .TypeName("FILE")
       .Required();
   sub.Force(&options->force);
   sub.Add("--mesh-prefix", &options->mesh_prefix,
           fmt::format("For {}: what to put before the paths of meshes, such as package://robot/ "
                       "(default: nothing, they are relative to the file)",
-                      FormatNames([](const ExportFormat& f) { return f.refers_to_meshes; })));
+                      FormatNames([](const ExportFormat& f) { return f.refers_to_meshes; })))
+      .TypeName("PREFIX");
   sub.Add("--world", &options->world,
           fmt::format("For {}: SDFormat file of obstacles that stand beside the robot",
-                      FormatNames([](const ExportFormat& f) { return f.has_world; })));
+                      FormatNames([](const ExportFormat& f) { return f.has_world; })))
+      .TypeName("FILE.sdf");
   sub.Add("--program", &options->program,
           fmt::format("For {}: DynaRole program or image that the modules run (default: they hold "
                       "their joints)",
-                      FormatNames([](const ExportFormat& f) { return f.takes_program; })));
+                      FormatNames([](const ExportFormat& f) { return f.takes_program; })))
+      .TypeName("PROG.dyn");
   sub.Footer(
       "Examples:\n  morphbus export models/mtran.m3l --module MTRAN --to xml -o mtran.xml\n"
       "  morphbus export models/mtran.m3l --robot quadruped --to mjcf -o quadruped.xml\n"

@@ -110,7 +110,7 @@ int Fk(const FkOptions& options) {
 void AddFk(CommandLine* line) {
   Subcommand sub = line->Add("fk", "Forward kinematics of a robot");
   auto options = std::make_shared<FkOptions>();
-  sub.Add("FILE", &options->file, "M3L file").Required();
+  sub.Add("FILE.m3l", &options->file, "M3L file").Required();
   sub.Robot(&options->robot);
   sub.Add("--set", &options->set, "Raw joint value, rad or m, or e.g. 45deg; may be repeated")
       .TypeName("MODULE.JOINT=VALUE")

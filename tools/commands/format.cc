@@ -73,7 +73,9 @@ int FormatFiles(const FormatOptions& options) {
 void AddFormat(CommandLine* line) {
   Subcommand sub = line->Add("format", "Lay out M3L and DynaRole files canonically");
   auto options = std::make_shared<FormatOptions>();
-  sub.Add("FILE", &options->files, "Files that end in .m3l or .dyn").Required();
+  sub.Add("FILE", &options->files, "Files that end in .m3l or .dyn")
+      .TypeName("FILE.m3l|FILE.dyn")
+      .Required();
   sub.Flag("--check", &options->check, "Change nothing; status 1 if a file would change");
   sub.Json(&options->json);
   sub.Footer(

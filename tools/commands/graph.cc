@@ -152,9 +152,10 @@ int Graph(const GraphOptions& options) {
 void AddGraph(CommandLine* line) {
   Subcommand sub = line->Add("graph", "Bodies, joints, degrees, adjacency and mobility of a robot");
   auto options = std::make_shared<GraphOptions>();
-  sub.Add("FILE", &options->file, "M3L file").Required();
+  sub.Add("FILE.m3l", &options->file, "M3L file").Required();
   sub.Robot(&options->robot);
-  sub.Add("--dot", &options->dot, "Also write the graph for Graphviz ('-': only that, on stdout)");
+  sub.Add("--dot", &options->dot, "Also write the graph for Graphviz ('-': only that, on stdout)")
+      .TypeName("FILE");
   sub.Force(&options->force);
   sub.Json(&options->json);
   sub.Footer(

@@ -26,7 +26,8 @@ struct InfoOptions {
 std::shared_ptr<InfoOptions> AddOptions(Subcommand* sub) {
   auto options = std::make_shared<InfoOptions>();
   sub->Add("LOG", &options->log, "Log file").Required();
-  sub->Add("--run", &options->run, "Which run, if the file holds several (default: the first)");
+  sub->Add("--run", &options->run, "Which run, if the file holds several (default: the first)")
+      .TypeName("NAME");
   sub->Description(&options->description);
   sub->Json(&options->json);
   return options;

@@ -164,11 +164,11 @@ void AddLog(CommandLine* line) {
   auto options = std::make_shared<LogOptions>();
   AddPlanSource(&sub, &options->plan);
   AddKeyFile(&sub, &options->key_file, "that of the run of this machine");
-  sub.Add("-o,--log", &options->output, "Log to write").Required();
+  sub.Add("-o,--log", &options->output, "Log to write").TypeName("FILE").Required();
   sub.Add("--follow", &options->follow,
           "Record a replay of the run NAME instead, every message exactly once; --run names the "
           "replay's network (morphbus runs)")
-      .TypeName("NAME");
+      .TypeName("RUN");
   sub.Force(&options->plan.options.force);
   sub.Flag("--in-memory", &options->in_memory, "The log is the launcher's memory").Hidden();
   sub.Add("--launcher-fd", &options->launcher_fd, "The launcher's line").Hidden();

@@ -293,12 +293,16 @@ void AddMonitor(CommandLine* line) {
       .Range(0, 65535);
   sub.Add("--bind", &options->bind,
           "Address of the interface to listen on (default: 127.0.0.1, this machine only); any "
-          "other asks everybody for the token");
-  sub.Add("--token", &options->token, "The token in the URL (default: a new one)");
+          "other asks everybody for the token")
+      .TypeName("ADDRESS");
+  sub.Add("--token", &options->token, "The token in the URL (default: a new one)")
+      .TypeName("TOKEN");
   sub.Add("--allow-origin", &options->origins,
           "A web site whose pages may connect, such as https://app.foxglove.dev")
+      .TypeName("URL")
       .Repeatable();
-  sub.Add("--page", &options->page, "Folder of the page (default: the one of this build)");
+  sub.Add("--page", &options->page, "Folder of the page (default: the one of this build)")
+      .TypeName("FOLDER");
   sub.Add("--seconds", &options->seconds, "Stop after this many seconds (default: until Ctrl-C)")
       .Seconds();
   sub.Flag("--json", &options->json, "Where to look as one JSON object, on a line");

@@ -180,7 +180,8 @@ void AddMotionOptions(Subcommand* sub, MotionChoice* choice) {
             "Also look for links of neighbouring modules that meet as their joints move");
   // Not Subcommand::Robot: its default is the only robot, here it is all of them.
   const Option robot =
-      sub->Add("--robot", &choice->robot, "With --motion: only this robot (default: all)");
+      sub->Add("--robot", &choice->robot, "With --motion: only this robot (default: all)")
+          .TypeName("ROBOT");
   const Option postures =
       sub->Add("--postures", &choice->postures, "Postures of each connection (default 1000)")
           .Range(1, 1000000);

@@ -217,13 +217,15 @@ void AddOptimise(CommandLine* line) {
   Subcommand sub =
       line->Add("optimise", "Search for the settings with which a robot does something best");
   auto options = std::make_shared<OptimiseOptions>();
-  sub.Add("FILE", &options->file, "The search, in TOML (docs/optimise.md)").Required();
+  sub.Add("FILE.toml", &options->file, "The search, in TOML (docs/optimise.md)").Required();
   sub.Add("VALUES", &options->overrides, "In the place of what the file says: generations=10");
   sub.Flag("--dry-run", &options->dry_run, "Only say how many runs it is, and about how long");
   sub.Add("-o,--output", &options->settings,
           "Where the settings that were found are written, for run --params (default: "
-          "FILE.best.toml beside the file)");
-  sub.Add("--database", &options->output, "The database (default: FILE.sweep.db beside the file)");
+          "FILE.best.toml beside the file)")
+      .TypeName("FILE.toml");
+  sub.Add("--database", &options->output, "The database (default: FILE.sweep.db beside the file)")
+      .TypeName("DB");
   sub.Add("--pick", &options->pick,
           "Which of several best candidates is written (default: the most even one)")
       .Range(1, 1'000'000);

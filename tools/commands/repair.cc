@@ -69,7 +69,7 @@ void AddRepair(CommandLine* line) {
   Subcommand sub = line->Add("repair", "Copy what is sound in a damaged or cut log into a new one");
   auto options = std::make_shared<RepairOptions>();
   sub.Add("LOG", &options->log, "Log file; it is left as it is").Required();
-  sub.Add("-o,--output", &options->output, "Log to write").Required();
+  sub.Add("-o,--output", &options->output, "Log to write").TypeName("FILE").Required();
   sub.Force(&options->force);
   sub.Json(&options->json);
   sub.Footer(

@@ -323,10 +323,11 @@ void AddReplay(CommandLine* line) {
   sub.Add("--wait-for", &replay->wait_for,
           "Wait until so many listeners asked for the description");
   sub.Description(&options->description);
-  sub.Add("--run", &options->run.run, "Publish into this run's private network");
+  sub.Add("--run", &options->run.run, "Publish into this run's private network").TypeName("RUN");
   sub.Flag("--isolate", &options->isolate, "A private network of its own");
   sub.Add("-l,--lcm-url", &options->run.lcm_url,
-          "LCM URL (default: $LCM_DEFAULT_URL, else LCM's own)");
+          "LCM URL (default: $LCM_DEFAULT_URL, else LCM's own)")
+      .TypeName("URL");
   sub.Add("--into", &options->into,
           "Publish nothing: run this module's program again on what it sensed and heard, and "
           "compare all that it says")

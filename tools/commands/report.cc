@@ -37,8 +37,10 @@ void AddReport(CommandLine* line) {
   sub.Add("LOG", &options->log, "Log file").Required();
   sub.Add("-o,--output", &options->output,
           "Page to write (one self-contained HTML file; '-': stdout)")
+      .TypeName("FILE.html")
       .Required();
-  sub.Add("--run", &options->run, "Which run, if the log holds several (default: the first)");
+  sub.Add("--run", &options->run, "Which run, if the log holds several (default: the first)")
+      .TypeName("NAME");
   sub.Force(&options->force);
   sub.Footer("Example:\n  morphbus report walk.log -o walk.html");
   sub.Do([options] { return WriteReport(*options); });

@@ -186,8 +186,10 @@ void AddReproduce(CommandLine* line) {
   sub.Add("LOG", &options->log, "Log file").Required();
   sub.Flag("--processes", &options->processes,
            "A process a module in a private network, as run --isolate (default: one process)");
-  sub.Add("--run", &options->run, "Which run, if the log holds several (default: the first)");
-  sub.Add("-o,--log", &options->output, "Keep the second run's log there (default: it is removed)");
+  sub.Add("--run", &options->run, "Which run, if the log holds several (default: the first)")
+      .TypeName("NAME");
+  sub.Add("-o,--log", &options->output, "Keep the second run's log there (default: it is removed)")
+      .TypeName("FILE");
   sub.Force(&options->force);
   sub.Json(&options->json);
   sub.Footer(

@@ -149,15 +149,17 @@ void AddRoles(CommandLine* line) {
   Subcommand sub = line->Add(
       "roles", "Which module takes which role, and why not; which programs fit; nothing moves");
   auto options = std::make_shared<RolesOptions>();
-  sub.Add("FILE", &options->file, "M3L file").Required();
-  sub.Add("PROGRAM", &options->programs,
+  sub.Add("FILE.m3l", &options->file, "M3L file").Required();
+  sub.Add("PROG.dyn", &options->programs,
           "DynaRole program or image; of several: which of them fit the robot")
       .Required();
   sub.Add("--robot", &options->robots,
           "The robot's name (default: the only one); may be repeated: which of them fit")
+      .TypeName("ROBOT")
       .Repeatable();
   sub.Add("--root", &options->root,
-          "Module that broadcasts the root pose (default: the robot frame's)");
+          "Module that broadcasts the root pose (default: the robot frame's)")
+      .TypeName("MODULE");
   AddSettings(&sub, &options->params, &options->set);
   sub.Add("--why", &options->why,
           "What the role, or every role, asks of the module, and what was measured there")

@@ -213,10 +213,10 @@ int RunRobot(const RunOptions& options) {
 void AddRun(CommandLine* line) {
   Subcommand sub = line->Add("run", "Run a robot: simulator, a process a module, logger");
   auto options = std::make_shared<RunOptions>();
-  sub.Add("FILE", &options->model_file, "M3L file").Required();
-  sub.Add("PROGRAM", &options->program_file, "DynaRole program or image").Required();
+  sub.Add("FILE.m3l", &options->model_file, "M3L file").Required();
+  sub.Add("PROG.dyn", &options->program_file, "DynaRole program or image").Required();
   AddPlanOptions(&sub, options.get());
-  sub.Add("-o,--log", &options->log, "Log to write (default: morphbus-<run>.log)");
+  sub.Add("-o,--log", &options->log, "Log to write (default: morphbus-<run>.log)").TypeName("FILE");
   sub.Flag("--no-log", &options->no_log, "No log: the summary is all that is left of the run");
   sub.Force(&options->force);
   sub.Flag("--inproc", &options->inproc, "All in one process, without a network; same hash");
@@ -227,7 +227,8 @@ void AddRun(CommandLine* line) {
   sub.Flag("--isolate", &options->isolate,
            "A private network with just a loopback; needs no rights");
   sub.Add("--commands", &options->commands,
-          "Commands and the ticks at which they are given, as morphbus info --commands lists them");
+          "Commands and the ticks at which they are given, as morphbus info --commands lists them")
+      .TypeName("FILE");
   sub.Add("--lose", &options->lose,
           "Lose a module on purpose and go on without it: m3@12.5, at 12.5 s; may be repeated")
       .TypeName("MODULE@SECONDS")

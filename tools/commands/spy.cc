@@ -129,7 +129,7 @@ void AddSpy(CommandLine* line) {
       .TypeName("REGEX");
   sub.Add("--types", &options->types,
           "A folder with the .lcm files of other programs, or such a file; may be repeated")
-      .TypeName("DIR")
+      .TypeName("FOLDER|FILE.lcm")
       .Repeatable();
   sub.Add("--seconds", &options->seconds, "Stop after this many seconds (default: until q, Ctrl-C)")
       .Seconds();

@@ -224,15 +224,17 @@ int RunSweep(SweepOptions options) {
   return Report(*sweep, store->get(), options, logs, timer.seconds());
 }
 
-void AddSweepRun(CommandLine* line) {
-  Subcommand sub = line->Add("run", "Run what is missing of a sweep (the word may be left out)");
+void AddSweepRun(Subcommand* sweep) {
+  Subcommand sub =
+      sweep->Command("run", "Run what is missing of a sweep (the word may be left out)");
   auto options = std::make_shared<SweepOptions>();
-  sub.Add("FILE", &options->file, "The sweep, in TOML (docs/sweep.md)").Required();
+  sub.Add("FILE.toml", &options->file, "The sweep, in TOML (docs/sweep.md)").Required();
   sub.Add("VALUES", &options->overrides,
           "In the place of what the file says: amplitude=10,20 or seed=1..9:1");
   sub.Flag("--dry-run", &options->dry_run,
            "Only say how many runs it is, about how long and how large");
-  sub.Add("-o,--output", &options->output, "The database (default: FILE.sweep.db beside the file)");
+  sub.Add("-o,--output", &options->output, "The database (default: FILE.sweep.db beside the file)")
+      .TypeName("DB");
   AddEngine(&sub, options.get());
   sub.Flag("--detach", &options->detach,
            "Leave once Slurm has the rows; the same command takes their results in");
@@ -246,29 +248,6 @@ void AddSweepRun(CommandLine* line) {
       "  morphbus sweep walk.toml seed=1..20:1 --jobs 4\n"
       "  morphbus sweep walk.toml --engine slurm --detach");
   sub.Do([options] { return RunSweep(*options); });
-}
-
-/// The words behind `morphbus sweep` are a command line of their own.
-int Sweep(const std::vector<std::string>& words) {
-  CommandLine line("morphbus sweep",
-                   "Run a robot many times: parameters, programs, robots, worlds, seeds.",
-                   "Examples:\n"
-                   "  morphbus sweep walk.toml --dry-run\n"
-                   "  morphbus sweep walk.toml\n"
-                   "  morphbus sweep export walk.toml --to csv -o walk.csv",
-                   std::string("morphbus ") + Version());
-  AddSweepRun(&line);
-  AddSweepQueries(&line);
-  std::vector<const char*> arguments = {"morphbus sweep"};
-  // A file, or an option of the first command, stands for that command.
-  const std::string first = words.empty() ? "" : words.front();
-  const bool of_all = first == "-h" || first == "--help" || first == "--version";
-  const bool file = first.find_first_of("./") != std::string::npos;
-  if (file || (first.starts_with("-") && !of_all)) arguments.push_back("run");
-  for (const std::string& word : words) arguments.push_back(word.c_str());
-  const std::optional<int> status =
-      line.Parse(static_cast<int>(arguments.size()), arguments.data());
-  return status ? *status : line.action()();
 }
 
 }  // namespace
@@ -349,9 +328,11 @@ int EngineFailed(const EngineError& error) {
 
 void AddEngine(Subcommand* sub, SweepOptions* options) {
   sub->Add("--engine", &options->engine,
-           "Where rows run: local, slurm or ssh (default: as the file says, or here)");
+           "Where rows run: local, slurm or ssh (default: as the file says, or here)")
+      .TypeName("local|slurm|ssh");
   sub->Add("--binary", &options->binary,
-           "The morphbus that runs the rows there (default: as the file says, or this one)");
+           "The morphbus that runs the rows there (default: as the file says, or this one)")
+      .TypeName("FILE");
   sub->Add("-j,--jobs", &options->jobs,
            "Rows at a time: here, in a task of Slurm or on a host (default: one a processor, or as "
            "the file says)")
@@ -401,8 +382,16 @@ std::string EstimateText(double run_seconds, const SweepOptions& options) {
 }
 
 void AddSweep(CommandLine* line) {
-  line->Add("sweep", "Run a robot many times, over parameters, robots, worlds and seeds")
-      .PassArguments(Sweep);
+  Subcommand sweep =
+      line->Add("sweep", "Run a robot many times, over parameters, robots, worlds and seeds");
+  AddSweepRun(&sweep);
+  AddSweepQueries(&sweep);
+  sweep.Implied("run");
+  sweep.Footer(
+      "Examples:\n"
+      "  morphbus sweep walk.toml --dry-run\n"
+      "  morphbus sweep walk.toml\n"
+      "  morphbus sweep export walk.toml --to csv -o walk.csv");
 }
 
 }  // namespace morphbus::tools

@@ -97,6 +97,6 @@ int RunMissing(SweepStore* store, const SweepOptions& options,
 
 /// Adds those that look at a database, or run rows of it again: status, missing, rerun, verify,
 /// export, report; and worker, which the others start.
-void AddSweepQueries(CommandLine* line);
+void AddSweepQueries(Subcommand* sweep);
 
 }  // namespace morphbus::tools

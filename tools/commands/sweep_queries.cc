@@ -240,8 +240,8 @@ struct Query {
   Subcommand sub;
   std::shared_ptr<SweepOptions> options;
 };
-Query AddQuery(CommandLine* line, const char* name, const char* what) {
-  Query query = {line->Add(name, what), std::make_shared<SweepOptions>()};
+Query AddQuery(Subcommand* sweep, const char* name, const char* what) {
+  Query query = {sweep->Command(name, what), std::make_shared<SweepOptions>()};
   query.sub
       .Add("DB", &query.options->file, "The sweep's database, or its file, beside which that lies")
       .Required();
@@ -261,8 +261,9 @@ int Worker(const SweepOptions& options) {
   if (options.output.empty()) return Unusable("--output: a chunk needs a file for its results");
   return ServeChunkFile(options.chunk, options.output, local);
 }
-void AddWorker(CommandLine* line) {
-  Subcommand sub = line->Add("worker", "Run rows for a sweep: from stdin, or those of a chunk");
+void AddWorker(Subcommand* sweep) {
+  Subcommand sub =
+      sweep->Command("worker", "Run rows for a sweep: from stdin, or those of a chunk");
   sub.Hidden();
   auto options = std::make_shared<SweepOptions>();
   sub.Add("CHUNK", &options->chunk, "A file of rows (default: they come on stdin)");
@@ -275,22 +276,22 @@ void AddWorker(CommandLine* line) {
 
 }  // namespace
 
-void AddSweepQueries(CommandLine* line) {
-  Query status = AddQuery(line, "status", "How many rows are done, failed and missing");
+void AddSweepQueries(Subcommand* sweep) {
+  Query status = AddQuery(sweep, "status", "How many rows are done, failed and missing");
   status.sub.Json(&status.options->json);
   status.sub.Footer("Example:\n  morphbus sweep status walk.toml");
   status.sub.Do([options = status.options] { return Status(*options); });
 
   Query missing =
-      AddQuery(line, "missing", "The rows that are not done, and why those failed that did");
+      AddQuery(sweep, "missing", "The rows that are not done, and why those failed that did");
   missing.sub.Json(&missing.options->json);
   missing.sub.Footer(
       "Exit status 1: there are such rows.\nExample:\n  morphbus sweep missing walk.toml");
   missing.sub.Do([options = missing.options] { return Missing(*options); });
 
-  Query rerun = AddQuery(line, "rerun", "Run a row again, which must come to the same hash");
+  Query rerun = AddQuery(sweep, "rerun", "Run a row again, which must come to the same hash");
   rerun.sub.Add("ROW", &rerun.options->row, "Its number").Range(1, 1'000'000).Required();
-  rerun.sub.Add("--log", &rerun.options->log, "Keep its log");
+  rerun.sub.Add("--log", &rerun.options->log, "Keep its log").TypeName("FILE");
   rerun.sub.Force(&rerun.options->force);
   rerun.sub.Json(&rerun.options->json);
   rerun.sub.Footer(
@@ -298,8 +299,8 @@ void AddSweepQueries(CommandLine* line) {
       "seventh.log");
   rerun.sub.Do([options = rerun.options] { return Rerun(*options); });
 
-  Query verify =
-      AddQuery(line, "verify", "Run a share of the rows again, which must come to the same hashes");
+  Query verify = AddQuery(sweep, "verify",
+                          "Run a share of the rows again, which must come to the same hashes");
   verify.sub.Add("--sample", &verify.options->sample, "The share (default: 5%)").Fraction();
   verify.sub.Seed(&verify.options->seed, "Seed by which rows are drawn (default 1)");
   AddEngine(&verify.sub, verify.options.get());
@@ -308,23 +309,29 @@ void AddSweepQueries(CommandLine* line) {
       "Exit status 1: rows differ.\nExample:\n  morphbus sweep verify walk.toml --sample 10%");
   verify.sub.Do([options = verify.options] { return Verify(*options); });
 
-  Query exported = AddQuery(line, "export", "All rows as a table or as JSON");
+  Query exported = AddQuery(sweep, "export", "All rows as a table or as JSON");
   exported.options->output = "-";
-  exported.sub.Add("--to", &exported.options->format, "csv or json").Required();
-  exported.sub.Add("-o,--output", &exported.options->output, "File to write (default '-', stdout)");
+  exported.sub.Add("--to", &exported.options->format, "csv or json")
+      .TypeName("csv|json")
+      .Required();
+  exported.sub.Add("-o,--output", &exported.options->output, "File to write (default '-', stdout)")
+      .TypeName("FILE");
   exported.sub.Force(&exported.options->force);
   exported.sub.Footer("Example:\n  morphbus sweep export walk.toml --to csv -o walk.csv");
   exported.sub.Do([options = exported.options] { return Export(*options); });
 
   Query report =
-      AddQuery(line, "report", "The sweep on a page: best rows with pictures, plots, all rows");
+      AddQuery(sweep, "report", "The sweep on a page: best rows with pictures, plots, all rows");
   report.sub
       .Add("-o,--output", &report.options->output,
            "Page to write (one self-contained HTML file; '-': stdout)")
+      .TypeName("FILE.html")
       .Required();
-  report.sub.Add("--by", &report.options->by,
-                 "Which rows are the best: those in which this is largest (default: as the file "
-                 "keeps them, or else the distance from start to end)");
+  report.sub
+      .Add("--by", &report.options->by,
+           "Which rows are the best: those in which this is largest (default: as the file "
+           "keeps them, or else the distance from start to end)")
+      .TypeName("EXPRESSION");
   report.sub.Flag("--smallest", &report.options->smallest, "Those in which it is smallest");
   report.sub.Add("--best", &report.options->best, "So many are shown with pictures (default 5)")
       .Range(0, 50);
@@ -333,7 +340,7 @@ void AddSweepQueries(CommandLine* line) {
       "Example:\n  morphbus sweep report walk.toml -o walk.html --by 'gait.forward_m'");
   report.sub.Do([options = report.options] { return ReportPage(*options); });
 
-  AddWorker(line);
+  AddWorker(sweep);
 }
 
 }  // namespace morphbus::tools

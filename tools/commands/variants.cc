@@ -94,12 +94,13 @@ void AddVariants(CommandLine* line) {
   Subcommand sub = line->Add(
       "variants", "Other assemblies congruent to a robot: modules turned round, other connectors");
   auto options = std::make_shared<VariantsOptions>();
-  sub.Add("FILE", &options->file, "M3L file").Required();
+  sub.Add("FILE.m3l", &options->file, "M3L file").Required();
   sub.Robot(&options->robot);
   sub.Add("--max", &options->max, "At most so many (default 10)").Range(1, 10000);
   const Option seed =
       sub.Seed(&options->seed, "Draw them at random with this seed (default: the first ones)");
-  sub.Add("-o,--output", &options->output, "M3L file to write (default '-', stdout)");
+  sub.Add("-o,--output", &options->output, "M3L file to write (default '-', stdout)")
+      .TypeName("FILE.m3l");
   sub.Force(&options->force);
   sub.Json(&options->json);
   sub.Footer(

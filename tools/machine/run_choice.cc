@@ -7,8 +7,10 @@
 namespace morphbus::tools {
 
 void AddRunChoice(Subcommand* sub, RunChoice* choice) {
-  sub->Add("--run", &choice->run, "The run to look at (default: the only one; see morphbus runs)");
-  sub->Add("-l,--lcm-url", &choice->lcm_url, "LCM URL (default: the run's, else $LCM_DEFAULT_URL)");
+  sub->Add("--run", &choice->run, "The run to look at (default: the only one; see morphbus runs)")
+      .TypeName("RUN");
+  sub->Add("-l,--lcm-url", &choice->lcm_url, "LCM URL (default: the run's, else $LCM_DEFAULT_URL)")
+      .TypeName("URL");
   AddKeyFile(sub, &choice->key_file, "that of the run of this machine");
 }
 

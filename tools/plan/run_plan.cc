@@ -267,14 +267,16 @@ void AddPlanOptions(Subcommand* sub, RunOptions* options) {
            "Fraction of datagrams thrown away at every receiver, up to 0.9")
       .Fraction();
   sub->Add("--faults", &options->faults,
-           "File of rules by which messages are lost, doubled, late or damaged");
+           "File of rules by which messages are lost, doubled, late or damaged")
+      .TypeName("FILE");
   sub->Seed(&options->seed, "Seed of --loss and --faults (default 1)");
   sub->Add("--random-seed", &options->random_seed,
            "Seed of the numbers that the program draws by random() (default 1)");
   sub->Add("--speed", &options->speed, "Times real time (default: as fast as possible)");
   AddSettings(sub, &options->params, &options->set);
   sub->Add("--root", &options->root,
-           "Module that broadcasts the root pose (default: the robot frame's)");
+           "Module that broadcasts the root pose (default: the robot frame's)")
+      .TypeName("MODULE");
   sub->Flag("--root-sensor", &options->root_sensor,
             "The root measures its pose, tick by tick (default: it has that of the model)");
   sub->Add("--root-noise", &options->root_noise,
@@ -286,9 +288,10 @@ void AddPlanOptions(Subcommand* sub, RunOptions* options) {
   sub->Add("--world", &options->world,
            "SDFormat file whose static boxes, cylinders, spheres, planes, meshes and height maps "
            "are obstacles")
-      .TypeName("FILE");
+      .TypeName("FILE.sdf");
   sub->Add("--friction", &options->friction, "Coulomb friction of everything (default: 0.8)");
-  sub->Add("--ground", &options->ground, "Level ground at y = 0: true or false (default: true)");
+  sub->Add("--ground", &options->ground, "Level ground at y = 0: true or false (default: true)")
+      .TypeName("true|false");
   sub->Flag("--still", &options->still,
             "No physics: joints follow their set-points, and nothing has a place");
   sub->Flag("--realtime", &options->realtime,
@@ -296,9 +299,9 @@ void AddPlanOptions(Subcommand* sub, RunOptions* options) {
             "lateness is counted");
   sub->Flag("--open", &options->open,
             "No key: whoever reaches the bus can speak in the run, such as hardware of others");
-  sub->Add("--run", &options->run, "The run's name (default: a fresh one)");
-  sub->Add("-l,--lcm-url", &options->lcm_url,
-           "LCM URL (default: $LCM_DEFAULT_URL, else LCM's own)");
+  sub->Add("--run", &options->run, "The run's name (default: a fresh one)").TypeName("NAME");
+  sub->Add("-l,--lcm-url", &options->lcm_url, "LCM URL (default: $LCM_DEFAULT_URL, else LCM's own)")
+      .TypeName("URL");
 }
 
 bool CheckNumbers(const RunOptions& options) {
@@ -422,9 +425,10 @@ Result<RunPlan> PlanFromDescription(const std::string& bytes) {
 }
 
 void AddPlanSource(Subcommand* sub, PlanSource* source) {
-  sub->Add("FILE", &source->options.model_file, "M3L file");
-  sub->Add("PROGRAM", &source->options.program_file, "DynaRole program or image");
-  sub->Add("--description", &source->description, "The run's description, instead of the files");
+  sub->Add("FILE.m3l", &source->options.model_file, "M3L file");
+  sub->Add("PROG.dyn", &source->options.program_file, "DynaRole program or image");
+  sub->Add("--description", &source->description, "The run's description, instead of the files")
+      .TypeName("FILE");
   AddPlanOptions(sub, &source->options);
 }
 

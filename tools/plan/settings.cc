@@ -25,7 +25,7 @@ void AddSettings(Subcommand* sub, std::string* params, std::vector<std::string>*
       .TypeName("NAME=VALUE")
       .Repeatable();
   sub->Add("--params", params, "File of such values, which those of --set replace")
-      .TypeName("FILE");
+      .TypeName("FILE.toml");
 }
 
 namespace {
