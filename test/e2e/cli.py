@@ -361,7 +361,7 @@ class Cli(Case):
         names = ['check', 'connections', 'fk', 'graph', 'equivalent', 'variants', 'roles',
                  'compile', 'disasm', 'format', 'export', 'draw', 'run', 'sweep', 'optimise', 'sim',
                  'log', 'replay', 'spy', 'monitor', 'control', 'runs', 'doctor', 'compare', 'info', 'verify', 'repair', 'reproduce',
-                 'report', 'convert']
+                 'report', 'convert', 'completion', 'man']
         for name in names:
             self.assertIn('xample', morphbus(name, '--help').stdout, name)
         listed = re.findall(r'^  (\w+) {2,}', morphbus('--help').stdout, re.M)

@@ -166,6 +166,7 @@ class Manual(unittest.TestCase):
     def test_a_page_says_what_the_help_says(self):
         page = ' '.join(self.read('run').split())
         self.assertIn('morphbus run [OPTIONS] FILE.m3l PROG.dyn', page)
+        self.assertRegex(morphbus('run', '--help').stdout, 'PROG.dyn REQUIRED +DynaRole program or image')
         self.assertIn('-o, --log FILE Log to write (default: morphbus-<run>.log)', page)
         self.assertIn('morphbus run ... --inproc --seconds 30 --lose m3@12.5 --lose m8@20', page)
 
@@ -193,7 +194,7 @@ class Installed(unittest.TestCase):
             prefix = (root / 'first').rename(root / 'moved')
             models = prefix / 'share/morphbus/models'
             subprocess.run([prefix / 'bin/morphbus', 'run', models / 'mtran.m3l', models / 'programs/quadruped.dyn', '--robot', 'quadruped',
-                            '--seconds', '0.2', '--isolate', '--no-log'], check=True, capture_output=True, timeout=LIMIT)
+                            '--seconds', '2', '--isolate', '--no-log'], check=True, capture_output=True, timeout=LIMIT)
             for path, text in (('bash-completion/completions/morphbus', 'complete -F _morphbus morphbus'),
                                ('zsh/site-functions/_morphbus', '#compdef morphbus'),
                                ('fish/vendor_completions.d/morphbus.fish', 'complete -c morphbus')):

@@ -279,7 +279,7 @@ class Files(Case):
         said = ' '.join(run([MORPHBUS, 'export', '--help']).stdout.split())
         listed = export('none', self.folder / 'x', status=2).stderr.partition('expected one of ')[2].strip()
         self.assertGreater(listed.count(','), 7)
-        self.assertIn(f'One of {listed}', said)
+        self.assertIn(f'--to {listed.replace(", ", "|")} ', said)
         self.assertIn('For urdf, sdf:', said)
         self.assertIn('(for kinematics, xml: default', said)
 

@@ -153,8 +153,7 @@ OptionHelp HelpOf(const CLI::Option& option) {
   // Behind a colon stand the checks of the value, such as its range.
   const std::string type = option.get_type_name();
   if (help.most_values > 0) help.type = type.substr(0, type.find(':'));
-  // CLI11 calls every text so.
-  if (help.type == "TEXT" && option.get_positional()) help.type = help.names.front();
+  if (help.type.empty() && option.get_positional()) help.type = help.names.front();
   help.value_optional = option.get_items_expected_min() == 0;
   help.required = option.get_required();
   help.repeatable = option.get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
@@ -235,7 +234,10 @@ bool Option::given() const { return option_->count() > 0; }
 template <typename Value>
 Option Subcommand::Add(const std::string& names, Value* target, const std::string& what) {
   // CLI11 picks the parser by the type of the target.
-  return Option(app_->add_option(names, *target, what));
+  CLI::Option* option = app_->add_option(names, *target, what);
+  // The name of a positional argument says what it is, so that "TEXT" behind it would say nothing.
+  if (option->get_positional()) option->type_name("");
+  return Option(option);
 }
 
 // The header only declares the template: these are the types that options may have.
