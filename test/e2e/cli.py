@@ -368,6 +368,10 @@ class Cli(Case):
         self.assertEqual(sorted(names + ['module']), sorted(listed))
         morphbus('module', '--help')
 
+    def test_a_hidden_command_is_suggested_to_nobody(self):
+        self.assertIn("(did you mean 'completion'?)", morphbus('completi', status=2).stderr)
+        self.assertNotIn("'worker'", morphbus('sweep', 'worke', status=2).stderr)
+
     def test_version_and_misuse(self):
         self.assertRegex(morphbus('--version').stdout, r'^morphbus \d+\.\d+\.\d+(-[0-9a-f]{8}\+?)?$')
         morphbus(status=2)

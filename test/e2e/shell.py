@@ -30,6 +30,7 @@ class Words(unittest.TestCase):
         self.assertEqual(list(offered('run', MODEL, '--robot', 'cong', '--rob')), [])
         self.assertEqual(set(offered('export', MODEL, '--to', 's')), {'sdf'})
         self.assertEqual(set(offered('sweep', 'st')), {'status', ':files .toml'})
+        self.assertEqual(set(offered('man', 'ru')), {'run', 'runs'})
         # An option that is there counts once, and one that may be repeated is offered again.
         self.assertNotIn('--json', offered('run', '--json', '--'))
         self.assertIn('--set', offered('run', '--set', 'a=1', '--'))
@@ -173,6 +174,13 @@ class Manual(unittest.TestCase):
     def test_every_command_has_a_page(self):
         with tempfile.TemporaryDirectory() as folder:
             morphbus('man', '-o', folder)
+            # Pages replace pages, and no other file.
+            morphbus('man', '-o', folder)
+            other = pathlib.Path(folder) / 'morphbus-run.1'
+            other.write_text('mine')
+            self.assertIn('morphbus-run.1', morphbus('man', '-o', folder, status=2).stderr)
+            self.assertEqual(other.read_text(), 'mine')
+            morphbus('man', '-o', folder, '--force')
             pages = {path.name for path in pathlib.Path(folder).iterdir()}
         commands = re.findall(r'^  (\w+)', morphbus('--help').stdout.split('Subcommands:')[1].split('Examples:')[0], re.M)
         self.assertEqual(pages, {'morphbus.1'} | {f'morphbus-{command}.1' for command in commands})

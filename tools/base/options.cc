@@ -55,7 +55,9 @@ std::optional<int> FollowCommands(const CLI::App& program,
     }
     if (word.starts_with("-")) return std::nullopt;
     std::vector<std::string> names;
-    for (const CLI::App* sub : commands) names.push_back(sub->get_name());
+    for (const CLI::App* sub : commands) {
+      if (!sub->get_group().empty()) names.push_back(sub->get_name());
+    }
     return Unusable(fmt::format("there is no command '{}'{}; {} --help lists them", word,
                                 DidYouMean(word, names), FullName(*app)));
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
 #include "compiler/base/version.h"
 #include "tools/base/print.h"
@@ -47,17 +48,25 @@ int PrintCandidates(const CommandHelp& help, std::vector<std::string> words) {
 struct ManualOptions {
   std::string command;
   std::string folder;
+  bool force = false;
 };
 
 /// All pages, as files of a folder.
-int WritePages(const CommandHelp& help, const std::string& folder, const std::string& version) {
+int WritePages(const CommandHelp& help, const ManualOptions& options, const std::string& version) {
   std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) return Unusable(fmt::format("cannot make {}: {}", folder, error.message()));
-  std::vector<const CommandHelp*> pages = {nullptr};
-  for (const CommandHelp& command : help.commands) pages.push_back(&command);
-  for (const CommandHelp* command : pages) {
-    const std::string path = fmt::format("{}/{}.1", folder, ManualName(help, command));
+  std::filesystem::create_directories(options.folder, error);
+  if (error) return Unusable(fmt::format("cannot make {}: {}", options.folder, error.message()));
+  // By their paths. A refusal leaves all files as they were.
+  std::map<std::string, const CommandHelp*> pages;
+  const auto path_of = [&](const CommandHelp* command) {
+    return fmt::format("{}/{}.1", options.folder, ManualName(help, command));
+  };
+  pages[path_of(nullptr)] = nullptr;
+  for (const CommandHelp& command : help.commands) pages[path_of(&command)] = &command;
+  for (const auto& [path, command] : pages) {
+    if (!MayWrite(path, outputs::kManual, options.force, {})) return kUnusable;
+  }
+  for (const auto& [path, command] : pages) {
     const Result<void> written = WriteFile(path, ManualPage(help, command, version));
     if (!written) return Unusable(written.error().message);
   }
@@ -66,7 +75,7 @@ int WritePages(const CommandHelp& help, const std::string& folder, const std::st
 
 int Manual(const CommandHelp& help, const ManualOptions& options) {
   const std::string version = std::string(help.name) + " " + Version();
-  if (!options.folder.empty()) return WritePages(help, options.folder, version);
+  if (!options.folder.empty()) return WritePages(help, options, version);
   const auto command = std::ranges::find(help.commands, options.command, &CommandHelp::name);
   if (!options.command.empty() && command == help.commands.end()) {
     std::vector<std::string> names;
@@ -104,6 +113,7 @@ void AddManual(CommandLine* line) {
       .TypeName("SUBCOMMAND");
   sub.Add("-o,--output", &options->folder, "Write the pages of all commands into this folder")
       .TypeName("FOLDER");
+  sub.Force(&options->force);
   sub.Footer(
       "Examples:\n"
       "  morphbus man run | man -l -\n"

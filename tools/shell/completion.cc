@@ -35,7 +35,8 @@ std::string EndingOf(const std::string& type) {
 /// What is being completed.
 class Completer {
  public:
-  Completer(const CommandHelp& program, const ValueFinder& values) : values_(values) {
+  Completer(const CommandHelp& program, const ValueFinder& values)
+      : program_(program), values_(values) {
     line_.command = &program;
   }
 
@@ -178,6 +179,8 @@ class Completer {
         found_.endings.emplace_back(ending);
     } else if (type == "FOLDER") {
       found_.folders = true;
+    } else if (type == "SUBCOMMAND") {
+      for (const CommandHelp& one : program_.commands) Add(one.name, one.what, word);
     } else if (const std::string ending = EndingOf(type); !ending.empty()) {
       found_.files = true;
       found_.endings.push_back(ending);
@@ -196,6 +199,7 @@ class Completer {
     found_.candidates.push_back({before_ + candidate, what});
   }
 
+  const CommandHelp& program_;
   const ValueFinder& values_;
   TypedLine line_;
   Completion found_;
