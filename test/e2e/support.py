@@ -5,6 +5,7 @@ of the code under test. ctest sets MORPHBUS_BIN (the folder of the programs), MO
 MORPHBUS_SCRATCH (a folder of this build for logs that several tests share).
 """
 import importlib
+import io
 import json
 import mmap
 import os
@@ -136,6 +137,11 @@ def lcm_types():
 
 def decode(data):
     return lcm_types()[data[:8]].decode(data)
+
+
+def header_of(data):
+    """The header alone, for messages that are too many to be decoded whole."""
+    return lcm_types()['header_t']._decode_one(io.BytesIO(data[8:8 + 64]))
 
 
 def content(data):
