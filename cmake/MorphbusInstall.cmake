@@ -11,9 +11,5 @@ install(FILES ${shell}.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion
 install(FILES ${shell}.zsh DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions RENAME _morphbus)
 install(FILES ${shell}.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
 
-# The manual pages say what the program's help says: it writes them itself.
-set(manual ${CMAKE_BINARY_DIR}/man)
-add_custom_command(OUTPUT ${manual}/morphbus.1 COMMAND morphbus man -o ${manual} DEPENDS morphbus
-                   COMMENT "Writing the manual pages" VERBATIM)
-add_custom_target(manual ALL DEPENDS ${manual}/morphbus.1)
-install(DIRECTORY ${manual}/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+# Written by the program where it could be run (tools/CMakeLists.txt).
+install(DIRECTORY ${CMAKE_BINARY_DIR}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 OPTIONAL)

@@ -30,6 +30,7 @@ class Words(unittest.TestCase):
         self.assertEqual(list(offered('run', MODEL, '--robot', 'cong', '--rob')), [])
         self.assertEqual(set(offered('export', MODEL, '--to', 's')), {'sdf'})
         self.assertEqual(set(offered('sweep', 'st')), {'status', ':files .toml'})
+        self.assertEqual(list(offered('sweep', '--dry')), ['--dry-run'])
         self.assertEqual(set(offered('man', 'ru')), {'run', 'runs'})
         # An option that is there counts once, and one that may be repeated is offered again.
         self.assertNotIn('--json', offered('run', '--json', '--'))
@@ -51,6 +52,16 @@ class Words(unittest.TestCase):
         # Behind the role there may also be another program.
         self.assertEqual(list(why), ['FrontLeftUpperHalf', 'FrontLeftLowerHalf', ':files .dyn'])
         self.assertEqual(list(offered('fk', MODEL, '--robot', 'quadruped', '--set', 'm2.joint_1')), ['m2.joint_1='])
+        # Of several robots only the modules of the one that is meant.
+        snakes = SOURCE / 'models/snakes.m3l'
+        self.assertEqual(len(offered('fk', snakes, '--robot', 'ckbot_snake4', '--set', '')), 4)
+        self.assertGreater(len(offered('fk', snakes, '--set', '')), 16)
+
+    def test_a_path_may_begin_with_the_home_folder_and_hold_blanks(self):
+        with tempfile.TemporaryDirectory() as home:
+            shutil.copy(MODEL, f'{home}/my robots.m3l')
+            found = morphbus('complete', '--', 'fk', '~/my robots.m3l', '--robot', 'quadr', env={**os.environ, 'HOME': home}).stdout
+        self.assertEqual(found, 'quadruped\t9 modules\n')
 
     def test_files_are_left_to_the_shell(self):
         self.assertEqual(list(offered('run', '')), [':files .m3l'])
@@ -191,6 +202,7 @@ class Manual(unittest.TestCase):
         self.assertIn('morphbus-run(1)', self.read())
 
     def test_of_what_is_no_command_there_is_none(self):
+        self.assertIn('leave out run', morphbus('man', 'run', '-o', '/nowhere', status=2).stderr)
         self.assertIn("there is no command 'runn' (did you mean 'run'?)", morphbus('man', 'runn', status=2).stderr)
 
 
@@ -209,7 +221,7 @@ class Installed(unittest.TestCase):
                 self.assertIn(text, (prefix / 'share' / path).read_text())
             page = subprocess.run(['man', '-M', prefix / 'share/man', '-P', 'cat', 'morphbus-run'], check=True, capture_output=True, text=True,
                                   timeout=LIMIT)
-            self.assertIn('MORPHBUS-RUN(1)', re.sub('.\b', '', page.stdout))
+            self.assertIn('morphbus-run(1)', re.sub('.\b', '', page.stdout))
             # Where the monitor's page was built it is there, too.
             for built in BIN.parent.glob('share/morphbus/*/*'):
                 self.assertTrue((prefix / built.relative_to(BIN.parent)).exists(), built)

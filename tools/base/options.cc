@@ -145,12 +145,10 @@ int ReportParseError(const CLI::App& app, const CLI::ParseError& error) {
 /// An option or positional argument as data.
 OptionHelp HelpOf(const CLI::Option& option) {
   OptionHelp help;
-  help.names = {option.get_name(true)};
-  if (!option.get_positional()) {
-    help.names.clear();
-    for (const std::string& name : option.get_snames()) help.names.push_back("-" + name);
-    for (const std::string& name : option.get_lnames()) help.names.push_back("--" + name);
-  }
+  // CLI11 keeps short and long names apart and without their dashes.
+  for (const std::string& name : option.get_snames()) help.names.push_back("-" + name);
+  for (const std::string& name : option.get_lnames()) help.names.push_back("--" + name);
+  if (option.get_positional()) help.names = {option.get_name(true)};
   help.most_values = option.get_items_expected_max();
   // Behind a colon stand the checks of the value, such as its range.
   const std::string type = option.get_type_name();

@@ -72,7 +72,7 @@ inline constexpr OutputKind kSettings = {"settings that were found",
                                          "# Found by morphbus optimise."};
 inline constexpr OutputKind kVariants = {"a list of variants", "// ",
                                          ": other connections, the same kinematics."};
-inline constexpr OutputKind kManual = {"a manual page of morphbus", ".TH MORPHBUS"};
+inline constexpr OutputKind kManual = {"a manual page of morphbus", ".TH morphbus"};
 }  // namespace outputs
 
 /// Fails, with a message for the user, if an output of `kind` must not be written to `path`: if

@@ -17,7 +17,7 @@
 namespace morphbus::tools {
 namespace {
 
-/// Prints a shell's script.
+/// `completion SHELL`: prints a shell's script.
 int PrintScript(const std::string& shell) {
   const std::string script = CompletionScript(shell);
   if (script.empty()) {
@@ -73,8 +73,12 @@ int WritePages(const CommandHelp& help, const ManualOptions& options, const std:
   return kDone;
 }
 
+/// `man`: one page on stdout, or all.
 int Manual(const CommandHelp& help, const ManualOptions& options) {
   const std::string version = std::string(help.name) + " " + Version();
+  // A folder gets all pages, so that a name beside it would mean something else.
+  if (!options.folder.empty() && !options.command.empty())
+    return Unusable("--output writes the pages of all commands: leave out " + options.command);
   if (!options.folder.empty()) return WritePages(help, options, version);
   const auto command = std::ranges::find(help.commands, options.command, &CommandHelp::name);
   if (!options.command.empty() && command == help.commands.end()) {

@@ -153,6 +153,7 @@ int Report(const ReadySweep& sweep, SweepStore* store, const SweepOptions& optio
            const std::vector<std::string>& logs, double seconds) {
   const Result<RowCounts> counts = store->Counts();
   if (!counts) return Unusable(counts.error().message);
+  // A signal may have ended it, or a batch system goes on with the rest.
   const bool whole = counts->missing() == 0;
   // What is not there yet cannot be judged.
   Result<std::vector<ExpectationResult>> expectations = std::vector<ExpectationResult>();
@@ -193,6 +194,8 @@ int Report(const ReadySweep& sweep, SweepStore* store, const SweepOptions& optio
   }
   // A signal may have come while logs were kept, of which some are missing then.
   if (CaughtSignal() != 0) return kNo;
+  // What the file expects is what was asked; that runs failed is told where nothing else went
+  // wrong.
   return !holds ? kNo : failed > 0 ? kFailed : kDone;
 }
 
@@ -224,6 +227,7 @@ int RunSweep(SweepOptions options) {
   return Report(*sweep, store->get(), options, logs, timer.seconds());
 }
 
+/// Adds `sweep run`, which is meant by `sweep FILE.toml`.
 void AddSweepRun(Subcommand* sweep) {
   Subcommand sub =
       sweep->Command("run", "Run what is missing of a sweep (the word may be left out)");
@@ -259,6 +263,7 @@ std::string DatabaseOf(const std::string& file) {
 std::optional<SweepOrigin> OriginOf(const SweepOptions& options) {
   Result<std::string> text = ReadFile(options.file, size_t{16} << 20);
   if (!text) return Refuse(text.error().message);
+  // Every database of SQLite begins so.
   if (text->starts_with("SQLite format 3")) {
     return Refuse(
         fmt::format("{} is the database of a sweep, and not its file: morphbus sweep "
@@ -266,6 +271,7 @@ std::optional<SweepOrigin> OriginOf(const SweepOptions& options) {
                     options.file, ShellWord(options.file)));
   }
   std::error_code unknown;
+  // Paths in the file are relative to its folder, wherever the sweep is gone on with.
   const std::filesystem::path path = std::filesystem::absolute(options.file, unknown);
   return SweepOrigin{path.parent_path().string(), std::move(*text), options.overrides};
 }
@@ -298,6 +304,7 @@ int RunMissing(SweepStore* store, const SweepOptions& options,
   const Result<void> settled = (*rows)->Settle();
   if (run && settled) return kDone;
   const std::string why = run ? settled.error().message : run.error().message;
+  // A reason of several lines gets the way out on a line of its own.
   const std::string message =
       fmt::format("{}{} what was written before is whole, and the same command goes on there", why,
                   why.find('\n') == std::string::npos ? ";" : "\n ");

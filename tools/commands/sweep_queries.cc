@@ -111,6 +111,7 @@ int Rerun(const SweepOptions& options) {
   const bool done = result.status == RowResult::Status::kRan;
   const std::optional<RowResult>& before = (*row)->result;
   const bool known = before && before->status == RowResult::Status::kRan;
+  // The same run has the same hash, and nothing that is told of it may differ.
   const bool same = !known || (before->hash == result.hash && before->figures == result.figures);
   // The command goes by the files, which may have changed since; the row went by the database.
   const std::string command = RunCommand((*row)->point, origin->folder);
@@ -131,6 +132,7 @@ int Rerun(const SweepOptions& options) {
                  : ", before it was " + before->hash,
           command);
   }
+  // A run that failed is told as what it is: it is no answer to whether it would be the same.
   if (!done) return Failed(result.error);
   return same ? kDone : kNo;
 }
@@ -153,6 +155,7 @@ int Verify(SweepOptions options) {
       !added) {
     return Unusable(added.error().message);
   }
+  // Only rows that are done have something to agree with.
   if (rows.rows() == 0) return Unusable(fmt::format("{} has no row that is done", store->path()));
   if (const EngineResult run = RunAgain(&rows, *store, options); !run) {
     return EngineFailed(run.error());
@@ -240,6 +243,7 @@ struct Query {
   Subcommand sub;
   std::shared_ptr<SweepOptions> options;
 };
+/// Adds one, with the database as its first argument.
 Query AddQuery(Subcommand* sweep, const char* name, const char* what) {
   Query query = {sweep->Command(name, what), std::make_shared<SweepOptions>()};
   query.sub
@@ -261,6 +265,7 @@ int Worker(const SweepOptions& options) {
   if (options.output.empty()) return Unusable("--output: a chunk needs a file for its results");
   return ServeChunkFile(options.chunk, options.output, local);
 }
+/// Adds `sweep worker`, of which the help says nothing.
 void AddWorker(Subcommand* sweep) {
   Subcommand sub =
       sweep->Command("worker", "Run rows for a sweep: from stdin, or those of a chunk");

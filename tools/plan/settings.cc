@@ -49,6 +49,7 @@ class SettingsFile {
   }
 
  private:
+  /// Takes in a table; `before` is its name and a dot: "[Leg] swing = 45" is Leg.swing.
   void Take(const std::string& before, const source::TomlValue::Table& table,
             std::vector<Setting>* settings) {
     for (const source::TomlEntry& entry : table) {
@@ -81,12 +82,14 @@ class SettingsFile {
 std::optional<std::vector<Setting>> ReadSettings(const std::string& params,
                                                  const std::vector<std::string>& set) {
   std::vector<Setting> settings;
+  // The file comes first, since the later one of two for one name counts.
   if (!params.empty()) {
     const Result<std::string> text = ReadFile(params, kMostSettingsBytes);
     if (!text) return Refuse("--params: " + text.error().message);
     if (!SettingsFile(params, *text).Read(&settings)) return std::nullopt;
   }
   for (const std::string& text : set) {
+    // A name and a value must both be there.
     const size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
       return Refuse(fmt::format("--set {}: expected NAME=VALUE, e.g. swing=45", text));
@@ -97,6 +100,8 @@ std::optional<std::vector<Setting>> ReadSettings(const std::string& params,
 }
 
 bool SetParameters(const std::vector<Setting>& settings, CompiledProgram* program) {
+  // Each setting makes another image, with a hash of its own; the program is replaced once all are
+  // good.
   CompiledProgram changed = *program;
   for (const Setting& setting : settings) {
     if (setting.OfModel()) continue;
@@ -122,6 +127,7 @@ bool SetAttributes(const std::vector<Setting>& settings, model::Model* model,
       Unusable(fmt::format("{}: {}", setting.origin, set.error().message));
       return false;
     }
+    // The log tells what was set, in the words of the command line.
     description->add_attributes(setting.name + "=" + setting.value);
   }
   return true;

@@ -66,12 +66,14 @@ class Completer {
     return true;
   }
 
+  /// The command of this name below the present one; null: none.
   const CommandHelp* Find(const std::string& name) const {
     const auto& commands = line_.command->commands;
     const auto at = std::ranges::find(commands, name, &CommandHelp::name);
     return at == commands.end() ? nullptr : &*at;
   }
 
+  /// The option with this name, dashes included; null: none.
   const OptionHelp* FindOption(const std::string& name) const {
     for (const OptionHelp& option : line_.command->options) {
       if (!option.positional() && std::ranges::count(option.names, name) > 0) return &option;
@@ -94,7 +96,9 @@ class Completer {
     if (++taken_ >= open_->most_values) open_ = nullptr;
   }
 
+  /// Takes in an option, with the value that stands in the same word.
   void TakeOption(const std::string& word) {
+    // Whatever the option before it still wanted does not come any more.
     open_ = nullptr;
     only_arguments_ = word == "--";
     const size_t equals = word.find('=');
@@ -123,23 +127,23 @@ class Completer {
     const bool needs_value = open_ != nullptr && taken_ == 0 && !open_->value_optional;
     if (open_ != nullptr) OfferValue(*open_, taken_, word);
     if (needs_value) return;
-    if (word.starts_with("-") && !only_arguments_) {
-      OfferOptions(word);
-      return;
-    }
-    if (!line_.command->commands.empty()) {
+    const bool option = word.starts_with("-") && !only_arguments_;
+    if (option) OfferOptions(word);
+    if (!option && line_.command->commands.empty()) OfferArgument(word);
+    if (line_.command->commands.empty()) return;
+    if (!option) {
       for (const CommandHelp& below : line_.command->commands) Add(below.name, below.what, word);
-      // Beside the names of commands there may be what the implied one takes.
-      const CommandHelp* implied = Find(line_.command->implied);
-      if (implied == nullptr) return;
-      line_.command = implied;
     }
-    OfferArgument(word);
+    // Beside the names of commands there may be what the implied one takes.
+    const CommandHelp* implied = Find(line_.command->implied);
+    if (implied == nullptr) return;
+    line_.command = implied;
+    option ? OfferOptions(word) : OfferArgument(word);
   }
 
+  /// Options of the command, those that are there already left out where they count once.
   void OfferOptions(const std::string& word) {
     for (const OptionHelp& option : line_.command->options) {
-      // An option that counts once is of no use a second time.
       if (option.positional()) continue;
       if (line_.options.contains(option.names.back()) && !option.repeatable) continue;
       Add(option.names.back(), option.what, word);
@@ -170,6 +174,7 @@ class Completer {
     for (const std::string& one : Split(type, '|')) OfferType(one, option.what, word);
   }
 
+  /// What a value of one type may be; a type that is in no list is left to `values_`.
   void OfferType(const std::string& type, const std::string& what, const std::string& word) {
     if (type == "FILE" || type == "IMAGE" || type == "DB") {
       found_.files = true;
@@ -195,8 +200,10 @@ class Completer {
 
   /// A candidate, if it begins with what is there.
   void Add(const std::string& candidate, const std::string& what, const std::string& word) {
-    if (!(before_ + candidate).starts_with(word)) return;
-    found_.candidates.push_back({before_ + candidate, what});
+    const std::string whole = before_ + candidate;
+    // An implied command has options that the one above it has, too.
+    const bool there = std::ranges::count(found_.candidates, whole, &Candidate::word) > 0;
+    if (whole.starts_with(word) && !there) found_.candidates.push_back({whole, what});
   }
 
   const CommandHelp& program_;

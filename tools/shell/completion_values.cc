@@ -3,103 +3,25 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <iterator>
 #include <memory>
-#include <optional>
 #include <set>
+#include <sstream>
 #include <utility>
 
 #include "bridge/control/control_command.h"
 #include "bridge/wire/channels.h"
 #include "compiler/base/text.h"
 #include "compiler/dynarole/parameters.h"
-#include "compiler/keywords/module_keywords.h"
 #include "compiler/model/attributes.h"
 #include "logger/compare/tolerances.h"
-#include "logger/log/description.h"
-#include "tools/base/files.h"
-#include "tools/base/model_io.h"
 #include "tools/base/program.h"
 #include "tools/machine/run_registry.h"
-#include "tools/plan/run_plan.h"
+#include "tools/shell/line_subject.h"
 #include "vm/image/directions.h"
 
 namespace morphbus::tools {
 namespace {
-
-/// What the words of a line are about: a model with its robots, and a program.
-class LineSubject {
- public:
-  explicit LineSubject(const TypedLine& line) : line_(line) {
-    // All words that may be files, options' values, too: `--model FILE.m3l`.
-    std::vector<std::string> words = line.arguments;
-    for (const auto& [name, values] : line.options)
-      words.insert(words.end(), values.begin(), values.end());
-    std::string program;
-    std::vector<std::string> models;
-    for (const std::string& word : words) {
-      if (word.ends_with(".m3l")) models.push_back(word);
-      if (word.ends_with(".dyn") && program.empty()) program = word;
-    }
-    if (!models.empty()) model_ = LoadModel(models);
-    if (models.empty()) TakeDescription(words);
-    if (!model_ || program.empty()) return;
-    // A program on the line is meant rather than the one with which the run began.
-    const std::optional<CompiledProgram> compiled =
-        LoadProgram(program, keywords::KeywordsOf(*model_));
-    image_ = compiled ? compiled->image : "";
-  }
-
-  /// The robots that are meant: that of --robot or of the run, else all of the model.
-  [[nodiscard]] std::vector<const model::Robot*> Robots() const {
-    std::vector<const model::Robot*> robots;
-    if (!model_) return robots;
-    for (const model::Robot& robot : model_->robots) {
-      if (robot_.empty() || robot.name == robot_) robots.push_back(&robot);
-    }
-    return robots;
-  }
-
-  /// Null without one.
-  [[nodiscard]] const model::Model* model() const { return model_ ? &*model_ : nullptr; }
-  /// Empty without one.
-  [[nodiscard]] const std::string& run() const { return run_; }
-  /// Null without one.
-  [[nodiscard]] std::unique_ptr<vm::VerifiedProgram> Program() const {
-    auto program = image_.empty() ? nullptr : VerifyProgram(image_).value_or(nullptr);
-    return program;
-  }
-
- private:
-  /// The description of a log on the line, or of a run.
-  void TakeDescription(const std::vector<std::string>& words) {
-    Result<std::string> description = Fail("there is none");
-    for (const std::string& word : words) {
-      // A pipe or a device would not end.
-      std::error_code none;
-      if (!description && std::filesystem::is_regular_file(word, none))
-        description = logger::ReadDescription(word);
-    }
-    if (!description) {
-      const auto run = line_.options.find("--run");
-      const Result<RunEntry> entry = FindRun(run == line_.options.end() ? "" : run->second.back());
-      if (entry) description = ReadFile(entry->folder + "/description.pb");
-    }
-    if (!description) return;
-    Result<RunPlan> plan = PlanFromDescription(*description);
-    if (!plan) return;
-    robot_ = plan->robot().name;
-    run_ = plan->description.run();
-    image_ = plan->description.program_image();
-    model_ = std::move(plan->model);
-  }
-
-  const TypedLine& line_;
-  std::optional<model::Model> model_;
-  std::string robot_, run_;
-  std::string image_;
-};
 
 using Candidates = std::vector<Candidate>;
 
@@ -249,22 +171,23 @@ Candidates With(Candidates found, const char* behind) {
   return found;
 }
 
-/// The words of `control`: a command, and what its usage says of those behind it.
+/// The words of a usage: "push", "BODY", "DIRECTION", "NEWTON", "[SECONDS]".
+std::vector<std::string> WordsOf(const std::string& usage) {
+  std::istringstream stream(usage);
+  return {std::istream_iterator<std::string>(stream), {}};
+}
+
+/// The words of `control`: a command, and behind it what its usage says of that place.
 TypeValues ControlWords(const TypedLine& line) {
-  const std::vector<std::string>& words = line.arguments;
+  const std::vector<std::string>& typed = line.arguments;
   TypeValues found;
   for (const std::string& usage : bridge::ControlUsages()) {
-    const std::string name = usage.substr(0, usage.find(' '));
-    if (words.empty()) found.words.push_back({name, usage});
-    if (words.empty() || words.front() != name) continue;
-    // The word of the usage that stands in this place: "push BODY DIRECTION NEWTON".
-    size_t begin = 0;
-    for (size_t i = 0; i < words.size() && begin != std::string::npos; ++i) {
-      begin = usage.find(' ', begin);
-      if (begin != std::string::npos) ++begin;
-    }
-    if (begin == std::string::npos) return found;
-    std::string type = usage.substr(begin, usage.find(' ', begin) - begin);
+    const std::vector<std::string> words = WordsOf(usage);
+    // The command itself comes first; of the others only the usage of the one that is typed counts.
+    if (typed.empty()) found.words.push_back({words.front(), usage});
+    if (typed.empty() || typed.front() != words.front() || typed.size() >= words.size()) continue;
+    // Words in brackets may be left out, and are of the same types.
+    std::string type = words[typed.size()];
     if (type.starts_with("[") && type.ends_with("]")) type = type.substr(1, type.size() - 2);
     found.type = type;
   }

@@ -12,6 +12,7 @@ namespace {
 std::string Plain(const std::string& text) {
   std::string plain;
   for (const char c : text) {
+    // roff takes a line that begins so for one of its requests.
     const bool begins = plain.empty() || plain.back() == '\n';
     if (begins && (c == '.' || c == '\'')) plain += "\\&";
     if (c == '\\') {
@@ -25,6 +26,7 @@ std::string Plain(const std::string& text) {
   return plain;
 }
 
+/// In bold stands what is typed as it is, in italics what others stand for (man-pages(7)).
 std::string Bold(const std::string& text) { return "\\fB" + Plain(text) + "\\fR"; }
 std::string Italic(const std::string& text) { return "\\fI" + Plain(text) + "\\fR"; }
 
@@ -68,6 +70,7 @@ std::string Footer(const std::string& footer) {
   std::istringstream lines(footer);
   bool as_it_stands = false;
   for (std::string line; std::getline(lines, line);) {
+    // What is indented in the help are lines to type, or a table: it keeps its lines here.
     const bool indented = line.starts_with("  ");
     if (as_it_stands && !indented) text += ".EE\n.RE\n";
     if (!indented) {
@@ -104,11 +107,10 @@ std::string ManualPage(const CommandHelp& program, const CommandHelp* command,
   const CommandHelp& subject = command == nullptr ? program : *command;
   const std::string name = ManualName(program, command);
   const std::string words = command == nullptr ? name : program.name + " " + command->name;
-  std::string title = name;
-  for (char& c : title) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
   std::string page =
-      fmt::format(".TH {} 1 \"\" \"{}\" \"Morphbus\"\n", Plain(title), Plain(version));
+      fmt::format(".TH {} 1 \"\" \"{}\" \"Morphbus\"\n", Plain(name), Plain(version));
   page += fmt::format(".SH NAME\n{} \\- {}\n", Plain(name), Plain(subject.what));
+  // One line for the command, and one for each of those below it.
   page += ".SH SYNOPSIS\n" + Bold(words) + Synopsis(subject) + "\n";
   for (const CommandHelp& below :
        command == nullptr ? std::vector<CommandHelp>() : subject.commands)
