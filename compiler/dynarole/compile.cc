@@ -5,11 +5,13 @@
 #include <optional>
 #include <string_view>
 
+#include "compiler/dynarole/broken_program.h"
 #include "compiler/dynarole/checker.h"
 #include "compiler/dynarole/codegen.h"
 #include "compiler/dynarole/dump.h"
 #include "compiler/dynarole/image_writer.h"
 #include "compiler/dynarole/lints.h"
+#include "compiler/dynarole/name_index.h"
 #include "compiler/dynarole/parser.h"
 #include "vm/image/disassembler.h"
 #include "vm/image/verifier.h"
@@ -59,7 +61,8 @@ std::optional<Dump> DumpFromName(const std::string& name) {
 }
 
 CompileResult CompileProgram(const std::string& name, const std::string& text,
-                             const keywords::KeywordTable& keywords, Dump dump) {
+                             const keywords::KeywordTable& keywords, Dump dump,
+                             source::NameTable* names) {
   // A text that is too large is not even kept, as diagnostics show lines of it.
   CompileResult result;
   const bool too_large = text.size() > kMaxTextBytes;
@@ -84,7 +87,10 @@ CompileResult CompileProgram(const std::string& name, const std::string& text,
   Program program = Parse(result.sources, file, tokens, &result.diagnostics);
   if (dump == Dump::kAst) result.dump = DumpAst(program);
   // What could not be read would only cause complaints about what it would have declared.
-  if (result.diagnostics.had_errors()) return result;
+  if (result.diagnostics.had_errors()) {
+    if (names != nullptr) *names = NamesOfBroken(result.sources, keywords, &program);
+    return result;
+  }
   if (program.roles.empty()) {
     result.diagnostics.Error({file, 0, 0}, "program has no roles").hint =
         "a program is a list of roles: role NAME extends Module { ... }";
@@ -93,6 +99,7 @@ CompileResult CompileProgram(const std::string& name, const std::string& text,
   // From here on the tree is sound. The model gives names their meanings, the checker types.
   ProgramModel model = BuildModel(&program, &result.diagnostics);
   Check(keywords, &model, &result.diagnostics);
+  if (names != nullptr) *names = IndexNames(result.sources, keywords, model);
   if (result.diagnostics.had_errors()) return result;
   // Warnings are for programs that can run; a broken one has worse to be told.
   Lint(keywords, model, &result.diagnostics);

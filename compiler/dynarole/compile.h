@@ -9,6 +9,7 @@
 
 #include "compiler/keywords/keyword_table.h"
 #include "compiler/source/diagnostics.h"
+#include "compiler/source/name_table.h"
 #include "compiler/source/source_text.h"
 
 namespace morphbus::dynarole {
@@ -34,7 +35,9 @@ struct CompileResult {
 /// Compiles one program. `name` is the file's name for messages; `keywords` are those of all module
 /// types that the robot may have: each keyword the program uses must be one of at least one type.
 /// Texts over 1 MiB are refused. A program that compiles is one that vm::Verifier accepts.
+/// @param names  if not null, gets the names of the program, as far as they could be made out.
 CompileResult CompileProgram(const std::string& name, const std::string& text,
-                             const keywords::KeywordTable& keywords, Dump dump = Dump::kNone);
+                             const keywords::KeywordTable& keywords, Dump dump = Dump::kNone,
+                             source::NameTable* names = nullptr);
 
 }  // namespace morphbus::dynarole

@@ -9,6 +9,11 @@ std::string NameOf(Type type) {
   return type == Type::kUnknown ? "a value of unknown type" : "an error";
 }
 
+std::string WordOf(Type type) {
+  if (type <= Type::kText) return vm::InfoOf(static_cast<vm::ValueType>(type)).word;
+  return type == Type::kAny ? "direction" : "";
+}
+
 std::optional<Type> TypeFromName(std::string_view name) {
   for (int type = static_cast<int>(Type::kBool); type <= static_cast<int>(Type::kLink); ++type) {
     if (name == vm::kValueTypes[type].word) return static_cast<Type>(type);

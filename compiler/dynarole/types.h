@@ -25,6 +25,9 @@ enum class Type : uint8_t {
 /// The type as messages name it, with its article: "an int", "a direction", "a set of modules".
 std::string NameOf(Type type);
 
+/// The type in one word, "float"; empty for what is not known or was reported.
+std::string WordOf(Type type);
+
 /// The type that stands before a parameter's name, such as `float`.
 std::optional<Type> TypeFromName(std::string_view name);
 

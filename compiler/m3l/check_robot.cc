@@ -227,7 +227,8 @@ std::optional<CheckedRobot> CheckRobot(const RobotDecl& decl, const RobotContext
   // Loops and overlaps need a robot without errors, placed by its dockings.
   internal::CheckGeometry(scope);
   if (diagnostics->error_count() != errors) return std::nullopt;
-  return CheckedRobot{std::move(scope.robot), std::move(scope.module_spans)};
+  return CheckedRobot{std::move(scope.robot), std::move(scope.module_spans),
+                      std::move(scope.docking_spans)};
 }
 
 }  // namespace morphbus::m3l

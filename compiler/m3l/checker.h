@@ -101,6 +101,8 @@ struct CheckedRobot {
   model::Robot robot;
   /// The place of the name of each module, in the order of robot.modules.
   std::vector<source::Span> modules;
+  /// The place of each entry of `connections`, in the order of robot.dockings.
+  std::vector<source::Span> dockings;
 };
 
 /// Checks one robot: modules, connections, frame, start values, then whether loops close and

@@ -162,6 +162,7 @@ std::optional<model::Model> Check(const std::vector<FileAst>& files, CompileOutp
     if (!checked) continue;
     robots.push_back(std::move(checked->robot));
     output.modules.push_back(std::move(checked->modules));
+    output.dockings.push_back(std::move(checked->dockings));
   }
   if (diagnostics->had_errors()) return std::nullopt;
   model.robots = std::move(robots);
@@ -176,12 +177,13 @@ std::optional<Dump> DumpFromName(const std::string& name) {
   return std::nullopt;
 }
 
-CompileOutput CompileFiles(const std::vector<std::string>& paths, Dump dump) {
+CompileOutput CompileFiles(const std::vector<std::string>& paths, Dump dump,
+                           const OpenTexts* open) {
   CompileOutput output;
-  Loader loader(dump, &output);
+  Loader loader(dump, &output, open);
   for (const std::string& path : paths) loader.LoadPath(path);
-  ResolveConstants(&loader.files(), &output.diagnostics);
-  output.model = Check(loader.files(), output);
+  ResolveConstants(&output.files, &output.diagnostics);
+  output.model = Check(output.files, output);
   return output;
 }
 
@@ -189,8 +191,8 @@ CompileOutput CompileText(const std::string& name, const std::string& text, Dump
   CompileOutput output;
   Loader loader(dump, &output);
   loader.LoadText(name, text);
-  ResolveConstants(&loader.files(), &output.diagnostics);
-  output.model = Check(loader.files(), output);
+  ResolveConstants(&output.files, &output.diagnostics);
+  output.model = Check(output.files, output);
   return output;
 }
 

@@ -2,10 +2,12 @@
 // The front door of the M3L compiler: files in, diagnostics and (if there are no errors) a Model
 // out.
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "compiler/m3l/ast.h"
 #include "compiler/model/robot_model.h"
 #include "compiler/solver/connection_problem.h"
 #include "compiler/source/diagnostics.h"
@@ -42,11 +44,20 @@ struct CompileOutput {
   std::vector<std::vector<source::Span>> modules;
   /// hulls[type][link]: where the hull of a link is written; empty where it has none.
   std::vector<std::vector<source::Span>> hulls;
+  /// dockings[robot][docking]: where each connection of the model's robots is written.
+  std::vector<std::vector<source::Span>> dockings;
+  /// The syntax trees of the files, imported ones first. Their numbers are those of `sources`.
+  std::vector<FileAst> files;
 };
+
+/// Texts that count in place of files, by their canonical paths: what an editor has not saved yet.
+using OpenTexts = std::map<std::string, std::string>;
 
 /// Compiles `paths` and what they import as one model: lex, parse, check, solve, assemble.
 /// Unreadable files are diagnostics too. Never throws.
-CompileOutput CompileFiles(const std::vector<std::string>& paths, Dump dump = Dump::kNone);
+/// @param open  if not null, texts in place of files.
+CompileOutput CompileFiles(const std::vector<std::string>& paths, Dump dump = Dump::kNone,
+                           const OpenTexts* open = nullptr);
 
 /// The same for one text held in memory; `name` stands for the file name in diagnostics.
 CompileOutput CompileText(const std::string& name, const std::string& text,

@@ -55,7 +55,7 @@ void Loader::Load(const std::filesystem::path& path, const source::Span& import)
                                    : "more than " + std::to_string(kMaxFiles) + " files");
     return;
   }
-  const Result<int> file = sources_.AddFile(path.string());
+  const Result<int> file = AddFile(path, identity);
   if (!file) {
     diagnostics_.Error(import, file.error().message);
     return;
@@ -63,6 +63,15 @@ void Loader::Load(const std::filesystem::path& path, const source::Span& import)
   stack_.push_back({identity, import});
   ParseFile(*file, path.parent_path());
   stack_.pop_back();
+}
+
+Result<int> Loader::AddFile(const std::filesystem::path& path,
+                            const std::filesystem::path& identity) {
+  if (open_ != nullptr) {
+    const auto text = open_->find(identity.string());
+    if (text != open_->end()) return sources_.AddText(path.string(), text->second);
+  }
+  return sources_.AddFile(path.string());
 }
 
 void Loader::ParseFile(int file, const std::filesystem::path& directory) {
@@ -91,7 +100,7 @@ void Loader::ParseFile(int file, const std::filesystem::path& directory) {
   }
   if (dump_ == Dump::kTokens) output_.dump += DumpTokens(sources_, tokens);
   if (dump_ == Dump::kAst) output_.dump += DumpAst(ast);
-  files_.push_back(std::move(ast));
+  output_.files.push_back(std::move(ast));
 }
 
 void Loader::ReportCycle(const std::filesystem::path& identity, const source::Span& import) {

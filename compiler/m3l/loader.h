@@ -16,9 +16,11 @@ namespace morphbus::m3l {
 /// cycles and imports nested too deep are reported.
 class Loader {
  public:
-  /// Sources, diagnostics and the text of stage `dump` go into `output`, which outlives the loader.
-  Loader(Dump dump, CompileOutput* output)
+  /// Sources, diagnostics, trees and the text of stage `dump` go into `output`, which outlives the
+  /// loader, as do the texts that are read in place of files (`open`, which may be null).
+  Loader(Dump dump, CompileOutput* output, const OpenTexts* open = nullptr)
       : dump_(dump),
+        open_(open),
         output_(*output),
         sources_(output->sources),
         diagnostics_(output->diagnostics) {}
@@ -28,10 +30,6 @@ class Loader {
   void LoadPath(const std::string& path);
   /// Parses a text in memory under `name`; its imports are relative to the directory of `name`.
   void LoadText(const std::string& name, const std::string& text);
-
-  /// The trees, in the order in which their definitions count. What is read may still be changed:
-  /// names of constants are resolved in it (constants.h).
-  [[nodiscard]] std::vector<FileAst>& files() { return files_; }
 
  private:
   /// A file that is being read, and the import that asked for it.
@@ -49,12 +47,14 @@ class Loader {
   /// Reports that `identity` is imported while it is being read, with the imports that led there.
   void ReportCycle(const std::filesystem::path& identity, const source::Span& import);
 
+  /// Adds the text of a file to the sources, from the editor that has it open, or from disk.
+  Result<int> AddFile(const std::filesystem::path& path, const std::filesystem::path& identity);
+
   Dump dump_;
+  const OpenTexts* open_;
   CompileOutput& output_;
   source::SourceSet& sources_;
   source::Diagnostics& diagnostics_;
-  /// The trees of all files read, imported ones first.
-  std::vector<FileAst> files_;
   /// The files that are being read, the outermost first.
   std::vector<Frame> stack_;
   /// The files that were begun, by their canonical path.

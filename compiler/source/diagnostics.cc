@@ -155,6 +155,19 @@ std::string NearestHint(const std::string& name, const std::vector<std::string>&
   return near.empty() ? otherwise : "did you mean '" + near + "'?";
 }
 
+std::string ReplacementIn(const Diagnostic& diagnostic) {
+  constexpr std::string_view kBegin = "did you mean '", kEnd = "'?";
+  const std::string_view hint = diagnostic.hint;
+  if (!hint.starts_with(kBegin) || !hint.ends_with(kEnd)) return "";
+  std::string_view name = hint.substr(kBegin.size());
+  name.remove_suffix(kEnd.size());
+  // Two names are a question that nobody can answer for the user.
+  if (name.find('\'') != std::string_view::npos) return "";
+  // Of several forms of a call the name is the same.
+  name = name.substr(0, name.find(" or "));
+  return std::string(name.substr(0, name.find('(')));
+}
+
 void CheckUtf8(const SourceSet& sources, int file, Diagnostics* diagnostics) {
   const std::string_view text = sources.text(file);
   const size_t at = FirstNotUtf8(text);

@@ -88,6 +88,11 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
 std::string NearestHint(const std::string& name, const std::vector<std::string>& candidates,
                         const std::string& otherwise = "");
 
+/// What the hint of a diagnostic proposes in place of its span, for editors that can put it there:
+/// the name of "did you mean 'x'?", of a call without what stands in its parentheses. Empty for all
+/// other hints.
+std::string ReplacementIn(const Diagnostic& diagnostic);
+
 /// Reports one error at the first byte of file `file` that is not UTF-8, if there is one: before
 /// anything is made of it, so that names, strings and excerpts can go to JSON, XML and terminals as
 /// they are.

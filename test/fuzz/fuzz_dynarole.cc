@@ -33,7 +33,15 @@ std::optional<std::string> Layout(const std::string& text) {
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const morphbus::keywords::KeywordTable kKeywords = Keywords();
   const std::string text(reinterpret_cast<const char*>(data), size);
-  const auto result = morphbus::dynarole::CompileProgram("fuzz.dyn", text, kKeywords);
+  morphbus::source::NameTable names;
+  const auto result = morphbus::dynarole::CompileProgram("fuzz.dyn", text, kKeywords,
+                                                         morphbus::dynarole::Dump::kNone, &names);
+  for (const morphbus::source::NameUse& use : names.uses) {
+    // A name stands in the text, and means something.
+    if (use.span.file != 0 || use.span.begin >= use.span.end || use.span.end > size)
+      __builtin_trap();
+    if (use.thing < 0 || use.thing >= std::ssize(names.things)) __builtin_trap();
+  }
   const std::string rendered =
       morphbus::source::Render(result.diagnostics, result.sources, /*color=*/false);
   if (result.image.has_value() == result.diagnostics.had_errors()) __builtin_trap();

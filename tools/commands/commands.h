@@ -38,6 +38,11 @@ void AddFormat(CommandLine* line);
 /// `draw` writes a picture of a robot, from its model or from a log.
 void AddDraw(CommandLine* line);
 
+/// `new` writes files to begin with: a module type, a program, a project.
+void AddNew(CommandLine* line);
+/// `lsp` serves editors.
+void AddLsp(CommandLine* line);
+
 // Running robots.
 /// `run` runs a whole robot: simulator, modules and logger.
 void AddRun(CommandLine* line);

@@ -1,4 +1,4 @@
-// The editors' grammars in docs/editor name the words that the lexers know, all and no others.
+// The editors' grammars in tools/editor name the words that the lexers know, all and no others.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ namespace {
 using Words = std::set<std::string>;
 
 nlohmann::json ReadGrammar(const std::string& name) {
-  std::ifstream file(test::SourcePath("docs/editor/") + name);
+  std::ifstream file(test::SourcePath("tools/editor/") + name);
   return nlohmann::json::parse(file, nullptr, false);
 }
 

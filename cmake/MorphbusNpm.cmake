@@ -1,0 +1,41 @@
+# Packages of npm for what runs in a browser or an editor. They need Node 18; without it, or a network, all else is built.
+find_program(NODE_PROGRAM NAMES node nodejs)
+find_program(NPM_PROGRAM npm)
+
+# morphbus_npm_packages(MISSING SOURCE WORK): installs the packages of SOURCE/package-lock.json into WORK/node_modules, once for every
+# state of the lock file, so that the source folder stays as it is. MISSING is set to why they are not there, or to nothing.
+function(morphbus_npm_packages missing source work)
+  set(${missing} "" PARENT_SCOPE)
+  if(NOT NODE_PROGRAM OR NOT NPM_PROGRAM)
+    set(${missing} "Node and npm are not installed (tools/setup installs them)" PARENT_SCOPE)
+    return()
+  endif()
+  execute_process(COMMAND ${NODE_PROGRAM} --version OUTPUT_VARIABLE node_version OUTPUT_STRIP_TRAILING_WHITESPACE)
+  string(REGEX REPLACE "^v" "" node_version "${node_version}")
+  if(node_version VERSION_LESS 18)
+    set(${missing} "Node ${node_version} is older than 18" PARENT_SCOPE)
+    return()
+  endif()
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${source}/package-lock.json)
+  configure_file(${source}/package.json ${work}/package.json COPYONLY)
+  configure_file(${source}/package-lock.json ${work}/package-lock.json COPYONLY)
+  file(SHA256 ${source}/package-lock.json lock_hash)
+  set(stamp ${work}/installed.txt)
+  set(installed "")
+  if(EXISTS ${stamp})
+    file(READ ${stamp} installed)
+  endif()
+  if(installed STREQUAL lock_hash)
+    return()
+  endif()
+  message(STATUS "Fetching the npm packages of ${source}")
+  execute_process(
+    COMMAND ${NPM_PROGRAM} ci --prefer-offline --no-audit --no-fund --ignore-scripts --fetch-retries=1
+    WORKING_DIRECTORY ${work} TIMEOUT 300
+    OUTPUT_FILE ${work}/npm.log ERROR_FILE ${work}/npm.log RESULT_VARIABLE npm_result)
+  if(NOT npm_result EQUAL 0)
+    set(${missing} "npm could not fetch its packages (${work}/npm.log); with a network, configure again" PARENT_SCOPE)
+    return()
+  endif()
+  file(WRITE ${stamp} ${lock_hash})
+endfunction()

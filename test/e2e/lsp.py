@@ -1,0 +1,453 @@
+#!/usr/bin/env python3
+"""morphbus lsp: each feature on both languages, as an editor asks for it."""
+import json
+import random
+import re
+import shutil
+import subprocess
+import unittest
+
+from lsp_client import MODELS, Editor, uri_of
+from support import LIMIT, Case, command, morphbus
+
+
+class Session(Case):
+    """A workspace with copies of two models and a program, and an editor on it."""
+
+    def setUp(self):
+        super().setUp()
+        for name in ('mtran.m3l', 'mtran_robots.m3l'):
+            shutil.copy(MODELS / name, self.folder / name)
+        shutil.copy(MODELS / 'programs' / 'quadruped.dyn', self.folder / 'quadruped.dyn')
+        self.editor = Editor(self.folder)
+        self.model = self.editor.open(self.folder / 'mtran.m3l')
+        self.program = self.editor.open(self.folder / 'quadruped.dyn')
+
+    def tearDown(self):
+        self.assertEqual(self.editor.close(), 0)
+        super().tearDown()
+
+
+class Features(Session):
+    def test_says_what_it_can(self):
+        capabilities = self.editor.answer['capabilities']
+        self.assertEqual(capabilities['positionEncoding'], 'utf-16')
+        self.assertEqual(self.editor.answer['serverInfo']['name'], 'morphbus')
+        for provider in ('hover', 'completion', 'signatureHelp', 'definition', 'references', 'documentHighlight', 'documentSymbol',
+                         'workspaceSymbol', 'documentFormatting', 'rename', 'codeAction', 'inlayHint'):
+            self.assertIn(provider + 'Provider', capabilities)
+
+    def test_errors_appear_as_one_types_and_go_when_they_are_mended(self):
+        self.assertEqual(self.editor.diagnostics(self.model), [])
+        self.assertEqual(self.editor.diagnostics(self.program), [])
+        whole = self.editor.texts[self.model]
+        broken = whole.replace('m2.c5), (m2.c2', 'm2.c55), (m2.c2', 1)
+        at = broken.index('c55')
+        line, column = broken[:at].count('\n'), at - broken.rindex('\n', 0, at) - 1
+        # One key is pressed, as editors tell it.
+        self.editor.tell('textDocument/didChange', {
+            'textDocument': {'uri': self.model, 'version': 2},
+            'contentChanges': [{'range': {'start': {'line': line, 'character': column + 2},
+                                          'end': {'line': line, 'character': column + 2}}, 'text': '5'}]})
+        found = self.editor.diagnostics(self.model, 2)
+        self.assertEqual(len(found), 1, found)
+        self.assertIn("has no connector 'c55'", found[0]['message'])
+        self.assertEqual(found[0]['severity'], 1)
+        self.assertEqual(found[0]['range']['start'], {'line': line, 'character': column})
+        self.editor.replace(self.model, whole, 3)
+        self.assertEqual(self.editor.diagnostics(self.model, 3), [])
+
+    def test_a_program_knows_the_model_that_is_being_typed(self):
+        self.editor.diagnostics(self.program)
+        renamed = self.editor.texts[self.model].replace('connecting_bar', 'bar')
+        self.editor.replace(self.model, renamed, 2)
+        found = self.editor.await_note('textDocument/publishDiagnostics',
+                                       lambda note: note['uri'] == self.program and note['diagnostics'])['diagnostics']
+        # mtran_robots.m3l imports the model, so that no file on disk knows the old name either.
+        self.assertTrue(any('LINK_CONNECTING_BAR' in one['message'] for one in found), found)
+
+    def test_errors_in_an_import_stand_at_the_import(self):
+        robots = self.editor.open(self.folder / 'mtran_robots.m3l')
+        self.assertEqual(self.editor.diagnostics(robots), [])
+        self.editor.replace(self.model, self.editor.texts[self.model].replace('value=[-pi/2, pi/2]', 'value=[1, -1]', 1), 2)
+        found = self.editor.await_note('textDocument/publishDiagnostics',
+                                       lambda note: note['uri'] == robots and note['diagnostics'])['diagnostics']
+        self.assertIn('mtran.m3l:', found[0]['message'])
+        self.assertEqual(self.editor.text_at({'uri': robots, 'range': found[0]['range']}), '"mtran.m3l"')
+
+    def test_hover_in_a_model(self):
+        docking = self.editor.hover(self.model, '(m3.c6, m5.c3, |3)')
+        self.assertIn('connection MTRAN_to_MTRAN:3, c6 of MTRAN on c3 of MTRAN', docking)
+        self.assertIn('turned (w x y z)', docking)
+        self.assertIn('data:image/svg+xml;base64,', docking)
+        shown = json.loads(morphbus('connections', self.folder / 'mtran.m3l', '--pair', 'c6,c3', '--json').stdout)
+        pose = next(one['pose'] for one in shown['connections'] if one['number'] == 3)
+        self.assertIn('({})'.format(', '.join(f'{x:.5f}' for x in pose['p'])), docking)
+        self.assertIn('1.9 N·m', self.editor.hover(self.model, 'joint |joint_1: type'))
+        self.assertIn('-90° to 90°', self.editor.hover(self.model, 'joint |joint_1: type'))
+        self.assertIn('here: -0.0325 m, 0 m, 0.0325 m', self.editor.hover(self.model, 'coords=(-1, |0, 1), connector'))
+        self.assertIn('metres per model unit', self.editor.hover(self.model, '|unit=0.0325'))
+        self.assertIn('3 links, 2 joints, 6 connectors, 0.42 kg', self.editor.hover(self.model, 'module |MTRAN'))
+        self.assertIn('9 modules, 18 joints, 10 connections', self.editor.hover(self.model, 'robot |quadruped'))
+        self.assertIn("module m5 of type MTRAN, at ", self.editor.hover(self.model, 'frame=(|m5'))
+        self.assertIsNone(self.editor.hover(self.model, '// m5 is| the junction'))
+
+    def test_hover_in_a_program(self):
+        self.editor.await_note('morphbus/rolesKnown', lambda note: note['uri'] == self.program)
+        role = self.editor.hover(self.program, 'role |FrontLeftUpperHalf')
+        self.assertIn('extends', role)
+        self.assertIn('require ', role)
+        # Who takes it is what `morphbus roles` says.
+        for robot in ('quadruped', 'equivalent_quadruped'):
+            roles = json.loads(morphbus('roles', self.folder / 'mtran.m3l', self.folder / 'quadruped.dyn', '--robot', robot,
+                                        '--json').stdout)
+            module = next(name for name, one in roles['modules'].items() if one['role'] == 'FrontLeftUpperHalf')
+            self.assertIn(f'- {robot} of mtran.m3l: {module}\n', role)
+        keyword = self.editor.hover(self.program, '$|LINK_CONNECTING_BAR')
+        self.assertIn('MTRAN: link connecting_bar: 0.06 kg', keyword)
+        self.assertIn('turns by so many degrees', self.editor.hover(self.program, 'self.|jointRotateDegrees('))
+
+    def test_definitions_in_and_across_both_languages(self):
+        def definitions(uri, place):
+            return self.editor.ask('textDocument/definition', self.editor.at(uri, place))
+        found = definitions(self.model, '(m1.|c2, m2.c5)')
+        self.assertEqual([self.editor.text_at(one) for one in found], ['c2'])
+        self.assertEqual(found[0]['range']['start']['line'], self.editor.position(self.model, 'point |c2:')['line'])
+        self.assertEqual(self.editor.text_at(definitions(self.model, '(|m1.c2, m2.c5)')[0]), 'm1')
+        self.assertEqual(self.editor.text_at(definitions(self.model, 'members=(|MTRAN a')[0]), 'MTRAN')
+        # All sub-points of the name that conditions speak of.
+        self.assertEqual(len(definitions(self.model, '(p_a.|_1 coincident')), 6)
+        link = definitions(self.program, '$|LINK_CONNECTING_BAR')
+        self.assertEqual([(one['uri'], self.editor.text_at(one)) for one in link], [(self.model, 'connecting_bar')])
+        base = definitions(self.program, 'FrontLeftUpperHalf extends |')
+        self.assertEqual(len(base), 1)
+
+    def test_references_and_highlights(self):
+        robots = self.editor.open(self.folder / 'mtran_robots.m3l')
+        where = {'context': {'includeDeclaration': True}, **self.editor.at(self.model, 'module |MTRAN')}
+        found = self.editor.ask('textDocument/references', where)
+        self.assertTrue(all(self.editor.text_at(one) == 'MTRAN' for one in found))
+        self.assertEqual({one['uri'] for one in found}, {self.model, robots})
+        where['context']['includeDeclaration'] = False
+        self.assertEqual(len(self.editor.ask('textDocument/references', where)), len(found) - 1)
+        link = {'context': {'includeDeclaration': True}, **self.editor.at(self.model, 'link |connecting_bar')}
+        self.assertIn(self.program, {one['uri'] for one in self.editor.ask('textDocument/references', link)})
+        marks = self.editor.ask('textDocument/documentHighlight', self.editor.at(self.program, 'role |FrontLeftUpperHalf'))
+        self.assertEqual([mark['kind'] for mark in marks].count(3), 1)
+
+    def test_rename_keeps_models_and_programs_whole(self):
+        edit = self.editor.ask('textDocument/rename', {**self.editor.at(self.model, 'link |connecting_bar'), 'newName': 'strut'})
+        texts = self.editor.apply(edit)
+        self.assertEqual(set(texts), {self.model, self.program, uri_of(self.folder / 'mtran_robots.m3l')})
+        for uri, text in texts.items():
+            (self.folder / uri.rpartition('/')[2]).write_text(text)
+        self.assertIn('$LINK_STRUT', texts[self.program])
+        morphbus('roles', self.folder / 'mtran.m3l', self.folder / 'quadruped.dyn', '--robot', 'quadruped')
+        role = self.editor.ask('textDocument/rename', {**self.editor.at(self.program, 'role |FrontLeftUpperHalf'), 'newName': 'Paw'})
+        (self.folder / 'quadruped.dyn').write_text(self.editor.apply(role)[self.program].replace('CONNECTING_BAR', 'STRUT'))
+        self.assertIn('Paw', morphbus('roles', self.folder / 'mtran.m3l', self.folder / 'quadruped.dyn', '--robot',
+                                      'quadruped').stdout)
+
+    def test_rename_refuses_what_cannot_be(self):
+        def refused(uri, place, name):
+            return self.editor.ask('textDocument/rename', {**self.editor.at(uri, place), 'newName': name}, error=True)['message']
+        self.assertIn('is no name', refused(self.model, 'link |connecting_bar', '1st'))
+        self.assertIn('word of the language', refused(self.model, 'link |connecting_bar', 'robot'))
+        self.assertIn("there is another 'active_block'", refused(self.model, 'link |connecting_bar', 'active_block'))
+        self.assertIn('belongs to the language', refused(self.program, 'self.|jointRotateDegrees(', 'turn'))
+        self.assertIn('in its model', refused(self.program, '$|LINK_CONNECTING_BAR', 'BAR'))
+        where = self.editor.ask('textDocument/prepareRename', self.editor.at(self.model, 'link |connecting_bar'))
+        self.assertEqual(where['placeholder'], 'connecting_bar')
+
+    def test_outlines_and_symbols_of_the_workspace(self):
+        outline = self.editor.ask('textDocument/documentSymbol', {'textDocument': {'uri': self.model}})
+        self.assertEqual([one['name'] for one in outline], ['MTRAN', 'MTRAN_to_MTRAN', 'quadruped', 'equivalent_quadruped'])
+        self.assertIn('joint_1', [one['name'] for one in outline[0]['children']])
+        roles = self.editor.ask('textDocument/documentSymbol', {'textDocument': {'uri': self.program}})
+        self.assertIn('FrontLeftUpperHalf', [one['name'] for one in roles])
+        found = self.editor.ask('workspace/symbol', {'query': 'upperhalf'})
+        self.assertIn('FrontLeftUpperHalf', [one['name'] for one in found])
+
+    def test_formatting(self):
+        for uri in (self.model, self.program):
+            self.assertEqual(self.editor.ask('textDocument/formatting', {'textDocument': {'uri': uri}, 'options': {}}), [])
+            text = self.editor.texts[uri]
+            self.editor.replace(uri, text.replace('coords=', 'coords = ').replace('  self.', '      self.').replace('\n\n', '\n\n\n\n'), 2)
+            edits = self.editor.ask('textDocument/formatting', {'textDocument': {'uri': uri}, 'options': {}})
+            self.assertEqual(self.editor.apply({'changes': {uri: edits}})[uri], text)
+
+    def test_inlay_hints(self):
+        hints = self.editor.ask('textDocument/inlayHint', {'textDocument': {'uri': self.model}, 'range': self.editor.whole(self.model)})
+        graph = json.loads(morphbus('connections', self.folder / 'mtran.m3l', '--pair', 'c2,c5', '--json').stdout)
+        default = graph['connections'][0]['number']
+        self.assertIn(f' :{default}', [hint['label'] for hint in hints])
+        # A docking that says its number has none.
+        said = self.editor.position(self.model, '(m3.c6, m5.c3, 3|)')
+        self.assertNotIn(said, [hint['position'] for hint in hints])
+        text = 'role R extends Module {\n  function f(x) {\n    var y = x * 1.5;\n    return y;\n  }\n  startup s() {\n    self.sleepcs(f(2.0));\n  }\n}\n'
+        other = self.editor.open(self.folder / 'other.dyn', text)
+        hints = self.editor.ask('textDocument/inlayHint', {'textDocument': {'uri': other}, 'range': self.editor.whole(other)})
+        self.assertEqual([hint['label'] for hint in hints], [': float', ': float'])
+
+    def test_preview(self):
+        model = self.editor.ask('morphbus/preview', {'textDocument': {'uri': self.model}, 'robot': 'equivalent_quadruped'})
+        self.assertEqual(model['robots'], ['quadruped', 'equivalent_quadruped'])
+        self.assertEqual(model['robot'], 'equivalent_quadruped')
+        self.assertIn('<svg', model['svg'])
+        self.editor.await_note('morphbus/rolesKnown', lambda note: note['uri'] == self.program)
+        program = self.editor.ask('morphbus/preview', {'textDocument': {'uri': self.program}})
+        self.assertTrue(program['complete'])
+        self.assertEqual(len(program['modules']), 9)
+        self.assertTrue(all(one['role'] for one in program['modules']))
+
+
+class Completion(Session):
+    def type(self, uri, text):
+        """Replaces the document by `text`; '|' says where the cursor is. Returns the labels there."""
+        whole = text.replace('|', '', 1)
+        self.editor.replace(uri, whole, 2)
+        at = text.index('|')
+        position = {'line': text[:at].count('\n'), 'character': at - (text.rfind('\n', 0, at) + 1)}
+        return self.editor.ask('textDocument/completion', {'textDocument': {'uri': uri}, 'position': position})
+
+    def labels_of(self, uri, text):
+        return [item['label'] for item in self.type(uri, text)]
+
+    def test_of_models(self):
+        model = self.editor.texts[self.model]
+        def labels(more):
+            return self.labels_of(self.model, model + more)
+        self.assertIn('module', self.labels_of(self.model, '|'))
+        self.assertIn('hull', labels('module M: unit=1\nlink l: |'))
+        self.assertEqual(labels('module M: unit=1\njoint j: type=|')[:4], ['revolute', 'continuous', 'prismatic', 'fixed'])
+        self.assertIn('box', labels('module M: unit=1\nlink l: hull=|'))
+        self.assertIn('size', labels('module M: unit=1\nlink l: hull=box(|'))
+        self.assertIn('MTRAN', labels('robot r: modules=(|'))
+        robot = 'robot r: modules=(MTRAN x, MTRAN y), '
+        self.assertEqual(labels(robot + 'connections=((x.|')[:6], ['c1', 'c2', 'c3', 'c4', 'c5', 'c6'])
+        self.assertEqual(labels(robot + 'connections=((|'), ['x', 'y'])
+        self.assertEqual(labels(robot + 'joints=(x.|'), ['joint_1', 'joint_2'])
+        self.assertIn('active_block', labels(robot + 'frame=(x.|'))
+        # Which numbers join the two, as `connections` lists them.
+        shown = json.loads(morphbus('connections', self.folder / 'mtran.m3l', '--pair', 'c2,c5', '--json').stdout)
+        numbers = [str(one['number']) for one in shown['connections']]
+        offered = labels(robot + 'connections=((x.c2, y.c5, |')
+        self.assertEqual([label for label in numbers if label in offered], numbers)
+        condition = 'connection C: members=(MTRAN a, MTRAN b), conditions=(a.point p coincident b.point q and p.|'
+        self.assertIn('_1', labels(condition))
+        self.assertIn('gender', labels(condition))
+        self.assertIn('mtran_robots.m3l', self.labels_of(self.model, 'import "|"\n'))
+
+    def test_of_programs(self):
+        def labels(text):
+            return self.labels_of(self.program, text)
+        self.assertIn('role', labels('|'))
+        self.assertIn('require', labels('role R extends Module {\n  |\n}\n'))
+        self.assertIn('Module', labels('role R extends |'))
+        inside = 'const lift = 10;\nrole R extends Module {\n  speed = 60;\n  label knee = self.joints($UP_DOWN, 2);\n' \
+                 '  function twice(x) { return 2.0 * x; }\n  command halt() { speed = 0; }\n  startup s() {\n    var angle = 1.0;\n    '
+        end = '\n  }\n}\n'
+        found = labels(inside + '|' + end)
+        for label in ('if', 'angle', 'speed', 'knee', 'twice', 'lift', 'self', 'sin(degrees)', '$NORTH', 'R'):
+            self.assertIn(label, found)
+        behind_self = labels(inside + 'self.|' + end)
+        for label in ('JOINT_1', 'C1', 'connected', 'jointSetDegrees(joint, degrees)'):
+            self.assertIn(label, behind_self)
+        self.assertIn('$LINK_CONNECTING_BAR', labels(inside + 'print($|' + end))
+        self.assertEqual(labels(inside + 'R.|' + end), ['halt'])
+        self.assertIn('SET_EXTENDED', labels(inside + 'self.C1.|' + end))
+        self.assertIn('AXIS', labels(inside + 'knee.|' + end))
+        self.assertEqual(labels(inside + 'print("a |b");' + end), [])
+
+    def test_snippets_make_sound_text(self):
+        """What is offered at the beginning of a program, its places filled in, compiles."""
+        for item in self.type(self.program, '|'):
+            if item['label'] in ('role', 'abstract role'):
+                self.assertEqual(item['insertTextFormat'], 2)
+
+    def test_signatures(self):
+        help_of = lambda uri, place: self.editor.ask('textDocument/signatureHelp', self.editor.at(uri, place))
+        found = help_of(self.program, 'self.jointRotateDegrees(|')
+        self.assertEqual(found['signatures'][0]['label'], 'self.jointRotateDegrees(joint, degrees)')
+        self.assertEqual(found['activeParameter'], 0)
+        docking = help_of(self.model, '(m3.c6, m5.c3, |3)')
+        self.assertEqual(docking['activeParameter'], 2)
+        self.editor.replace(self.model, 'module M: unit=1\nlink l: hull=box(size=(1, 1, 1), ', 2)
+        box = help_of(self.model, 'hull=box(size=(1, 1, 1), |')
+        self.assertEqual((box['signatures'][0]['label'], box['activeParameter']), ('box(size=, at=)', 1))
+        self.editor.replace(self.program, 'role R extends Module { command go(float degrees, n) { print(n + 1); } startup s() { R.go(1.0, ', 2)
+        command_help = help_of(self.program, 'R.go(1.0, |')
+        self.assertEqual(command_help['signatures'][0]['label'], 'command go(degrees: float, n: int)')
+        self.assertEqual(command_help['activeParameter'], 1)
+
+
+class Fixes(Session):
+    SLIPS = (
+        ('mtran.m3l', 'grouping=(c1', 'groupng=(c1'), ('mtran.m3l', 'frame=(m5.passive_block', 'frame=(m5.pasive_block'),
+        ('mtran.m3l', 'active_block, j1_ab_rot_axis', 'active_block, j1_ab_rot_axi'), ('mtran.m3l', 'type=revolute', 'type=revolut'),
+        ('quadruped.dyn', 'self.jointRotateDegrees(', 'self.jointRotateDegree('),
+        ('quadruped.dyn', '$LINK_CONNECTING_BAR', '$LINK_CONECTING_BAR'), ('quadruped.dyn', 'extends LegUpperHalf', 'extends LegUperHalf'),
+    )
+
+    def test_what_a_hint_proposes_mends_the_error(self):
+        version = 1
+        for name, good, bad in self.SLIPS:
+            with self.subTest(bad):
+                uri = self.model if name == 'mtran.m3l' else self.program
+                whole = (self.folder / name).read_text()
+                self.assertIn(good, whole)
+                version += 1
+                self.editor.replace(uri, whole.replace(good, bad, 1), version)
+                self.assertNotEqual(self.editor.diagnostics(uri, version), [])
+                actions = self.editor.ask('textDocument/codeAction', {
+                    'textDocument': {'uri': uri}, 'range': self.editor.whole(uri), 'context': {'diagnostics': []}})
+                self.assertNotEqual(actions, [])
+                self.assertEqual(self.editor.apply(actions[0]['edit'])[uri], whole)
+        self.editor.replace(self.model, (self.folder / 'mtran.m3l').read_text(), version + 1)
+        self.assertEqual(self.editor.ask('textDocument/codeAction', {
+            'textDocument': {'uri': self.model}, 'range': self.editor.whole(self.model), 'context': {'diagnostics': []}}), [])
+
+
+class Positions(Case):
+    TEXT = '// 🤖 ü\n/* 🤖 */ module M: unt=1\n'
+
+    def test_characters_beyond_the_first_plane_count_two_or_four(self):
+        for encodings, column in ((None, 19), (['utf-8', 'utf-16'], 21), (['utf-32'], 19)):
+            with self.subTest(encodings):
+                editor = Editor(self.folder, encodings=encodings)
+                self.assertEqual(editor.answer['capabilities']['positionEncoding'],
+                                 'utf-8' if encodings and 'utf-8' in encodings else 'utf-16')
+                uri = editor.open(self.folder / 'm.m3l', self.TEXT)
+                starts = [one['range']['start'] for one in editor.diagnostics(uri) if 'unt' in one['message']]
+                self.assertEqual(starts, [{'line': 1, 'character': column}])
+                editor.close()
+
+    def test_names_of_files_with_blanks_and_signs(self):
+        folder = self.folder / 'a b%20ü#?'
+        folder.mkdir()
+        shutil.copy(MODELS / 'mtran.m3l', folder / 'mtran.m3l')
+        (folder / 'r.m3l').write_text('import "mtran.m3l"\nrobot r: modules=(MTRAN m)\n')
+        editor = Editor(folder)
+        uri = editor.open(folder / 'r.m3l')
+        self.assertEqual(editor.diagnostics(uri), [])
+        found = editor.ask('textDocument/definition', editor.at(uri, 'modules=(|MTRAN'))
+        self.assertEqual(found[0]['uri'], uri_of(folder / 'mtran.m3l'))
+        self.assertEqual(editor.text_at(found[0]), 'MTRAN')
+        editor.close()
+
+
+class Hostile(Case):
+    def test_messages_that_are_none(self):
+        editor = Editor(self.folder)
+        uri = editor.open(self.folder / 'm.m3l', 'module M: unit=1\n')
+        editor.diagnostics(uri)
+        for text in ('{', '[]', '17', '"x"', '{"jsonrpc":"2.0","id":7}', b'\xff\xfe', '{"id":8,"method":5}'):
+            editor.send_text(text)
+            self.assertIn('error', editor.read())
+        for method, parameters in (('textDocument/hover', None), ('textDocument/hover', {'textDocument': {'uri': 'file:///none.m3l'}}),
+                                   ('textDocument/hover', {'textDocument': {'uri': uri}, 'position': {'line': -1, 'character': 'x'}}),
+                                   ('textDocument/completion', {'textDocument': {'uri': uri}, 'position': {}}),
+                                   ('textDocument/codeAction', {'textDocument': {'uri': uri}}), ('no/such', {}), ('initialize', {})):
+            self.assertIn('code', editor.ask(method, parameters, error=True))
+        for method, parameters in (('textDocument/didOpen', None), ('textDocument/didChange', {'textDocument': uri}),
+                                   ('textDocument/didChange', {'textDocument': {'uri': uri}, 'contentChanges': [
+                                       5, {'range': {}}, {'text': 6}, {'range': {'start': 1}, 'text': 'x'}]}),
+                                   ('textDocument/didClose', {'textDocument': {'uri': 'file:///none'}}), ('$/none', {})):
+            editor.tell(method, parameters)
+        # Places beyond all text are its end.
+        far = {'textDocument': {'uri': uri}, 'position': {'line': 10**12, 'character': 10**12}}
+        editor.ask('textDocument/hover', far)
+        editor.ask('textDocument/completion', far)
+        self.assertEqual(editor.close(), 0)
+
+    def test_input_that_is_no_message(self):
+        for data, status, words in ((b'', 1, ''), (b'hello\r\n\r\n', 2, 'Content-Length'),
+                                    (b'Content-Length: 99999999999\r\n\r\n', 2, 'the most is'),
+                                    (b'x' * 100000, 2, 'no message'), (b'Content-Length: 5\r\n\r\n{', 1, '')):
+            with self.subTest(data[:20]):
+                done = subprocess.run(command('lsp', '--stdio'), input=data, capture_output=True, timeout=LIMIT)
+                self.assertEqual(done.returncode, status, done.stderr)
+                self.assertIn(words, done.stderr.decode())
+
+    def test_an_editor_that_goes_without_a_word(self):
+        exit_only = b'{"jsonrpc":"2.0","method":"exit"}'
+        done = subprocess.run(command('lsp'), input=b'Content-Length: %d\r\n\r\n' % len(exit_only) + exit_only, capture_output=True,
+                              timeout=LIMIT)
+        self.assertEqual(done.returncode, 1)
+
+    def test_edits_at_random_places(self):
+        """Hundreds of edits of both languages; the server answers after each, and at the end as if nothing had been."""
+        rng = random.Random(24)
+        editor = Editor(MODELS)
+        names = ('mtran.m3l', 'programs/quadruped.dyn', 'atron.m3l', 'programs/car_evade.dyn')
+        pieces = ('(', ')', ',', '.', '"', '$', '{', '}', ':', 'x', '1e9', 'self.', 'robot r: ', 'role R extends ', '/*', '\n', 'ü', '🤖')
+        for name in names:
+            path = MODELS / name
+            uri, whole = editor.open(path), path.read_text()
+            text, version = whole, 1
+            for _ in range(60):
+                begin = rng.randrange(len(text) + 1)
+                end = min(len(text), begin + rng.choice((0, 0, 1, 3, 30)))
+                text = text[:begin] + rng.choice(pieces + ('',)) + text[end:]
+                version += 1
+                editor.replace(uri, text, version)
+                at = rng.randrange(len(text) + 1)
+                place = {'textDocument': {'uri': uri}, 'position': {'line': text[:at].count('\n'), 'character': at - (text.rfind('\n', 0, at) + 1)}}
+                for method in ('hover', 'completion', 'signatureHelp', 'definition'):
+                    editor.ask('textDocument/' + method, place)
+                editor.ask('textDocument/documentSymbol', {'textDocument': {'uri': uri}})
+            editor.replace(uri, whole, version + 1)
+            self.assertEqual([one for one in editor.diagnostics(uri, version + 1) if one['severity'] == 1], [], name)
+        self.assertEqual(editor.close(), 0)
+
+
+class Beginnings(Case):
+    def test_a_new_project_checks_runs_and_sweeps(self):
+        made = self.folder / 'my walker'
+        morphbus('new', 'project', made)
+        self.assertEqual(sorted(path.name for path in made.iterdir()), ['README.md', 'amplitude.toml', 'module.m3l', 'wave.dyn'])
+        morphbus('format', '--check', made / 'module.m3l', made / 'wave.dyn')
+        morphbus('check', made / 'module.m3l')
+        run = morphbus('run', made / 'module.m3l', made / 'wave.dyn', '--seconds', 8, '--inproc', '--no-log').stdout
+        self.assertIn('no faults', run)
+        # It walks on its own: more than half a module's length in each wave.
+        self.assertGreater(float(re.search(r'a cycle ([\d.]+) mm forward', run)[1]), 50)
+        plan = morphbus('sweep', made / 'amplitude.toml', '--dry-run').stdout
+        self.assertIn('18', plan)
+        readme = (made / 'README.md').read_text()
+        self.assertTrue(readme.startswith('# my walker\n'))
+
+    def test_a_new_module_and_program(self):
+        module, program = self.folder / 'knee-joint.m3l', self.folder / 'w.dyn'
+        morphbus('new', 'module', module)
+        self.assertIn('module KNEE_JOINT:', module.read_text())
+        morphbus('new', 'program', program, '--model', MODELS / 'mtran.m3l')
+        self.assertIn('self.JOINT_1', program.read_text())
+        morphbus('roles', MODELS / 'mtran.m3l', program, '--robot', 'quadruped')
+        morphbus('format', '--check', module, program)
+
+    def test_what_is_there_stays(self):
+        module = self.folder / 'm.m3l'
+        module.write_text('mine')
+        said = morphbus('new', 'module', module, status=2).stderr
+        self.assertIn('is there already', said)
+        self.assertEqual(module.read_text(), 'mine')
+        morphbus('new', 'module', module, '--force')
+        self.assertNotEqual(module.read_text(), 'mine')
+        self.assertIn('ends in .m3l', morphbus('new', 'module', self.folder / 'm.txt', status=2).stderr)
+        self.assertIn('begins with a letter', morphbus('new', 'module', self.folder / '1.m3l', status=2).stderr)
+        project = self.folder / 'p'
+        project.mkdir()
+        (project / 'wave.dyn').write_text('mine')
+        morphbus('new', 'project', project, status=2)
+        self.assertEqual([path.name for path in project.iterdir()], ['wave.dyn'])
+        self.assertIn('no module type of the model has a joint that turns', self.refused_model())
+
+    def refused_model(self):
+        model = self.folder / 'block.m3l'
+        model.write_text('module BLOCK: unit=0.1\nlink body: hull=box(size=(1, 1, 1)), mass=1\nrobot r: modules=(BLOCK m)\n')
+        return morphbus('new', 'program', self.folder / 'b.dyn', '--model', model, status=2).stderr
+
+
+if __name__ == '__main__':
+    unittest.main()

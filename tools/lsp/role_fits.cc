@@ -1,0 +1,86 @@
+#include "tools/lsp/role_fits.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "compiler/base/text.h"
+#include "tools/base/program.h"
+#include "tools/plan/run_plan.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// Robots that are larger, and more of them, would keep an editor waiting.
+constexpr size_t kLargestRobot = 200;
+constexpr size_t kMostRobots = 60;
+
+/// What the robot makes of the program; nothing where the program cannot run on it.
+std::optional<StaticRoles> Ask(const ModelFile& model, const std::string& robot,
+                               const std::string& program, const std::string& text,
+                               const m3l::CompileOutput& compiled) {
+  // The program is compiled for this model alone, as `morphbus roles` does it: a word that none of
+  // its module types has makes it no program for this model.
+  const Result<keywords::KeywordTable> table = keywords::KeywordTable::Of(model.keywords);
+  if (!table) return std::nullopt;
+  const dynarole::CompileResult result = dynarole::CompileProgram(program, text, *table);
+  if (!result.image) return std::nullopt;
+  CompiledProgram image;
+  image.image.assign(result.image->begin(), result.image->end());
+  image.hash = HashOfImage(image.image);
+  RunOptions options;
+  options.model_file = model.path;
+  options.program_file = program;
+  options.robot = robot;
+  const std::optional<RunPlan> plan = PlanCompiled(options, *compiled.model, image);
+  if (!plan) return std::nullopt;
+  Result<StaticRoles> roles = SettleRoles(*plan);
+  if (!roles) return std::nullopt;
+  return std::move(*roles);
+}
+
+}  // namespace
+
+void RoleFits::Begin(Workspace* workspace, const std::string& program) {
+  if (program == program_ && workspace->IsCurrent(stamps_)) return;
+  const ProgramFile& file = workspace->Program(program);
+  program_ = program;
+  stamps_ = file.stamps;
+  robots_.clear();
+  fits_.clear();
+  next_ = 0;
+  // A program with errors fits nothing; what it did before is of no use either.
+  if (!file.compiled.image) return;
+  // The answers for one model stand together, in the order of its robots.
+  const std::vector<std::string> models = file.models;
+  for (const std::string& path : models) {
+    const ModelFile& model = workspace->Model(path);
+    if (!model.compiled.model) continue;
+    for (const model::Robot& robot : model.compiled.model->robots) {
+      if (robot.modules.size() > kLargestRobot || robots_.size() == kMostRobots) continue;
+      // A model that another one imports has its robots there, too.
+      const bool known = std::any_of(robots_.begin(), robots_.end(), [&](const Candidate& other) {
+        return other.robot == robot.name;
+      });
+      if (!known) robots_.push_back({path, robot.name});
+    }
+  }
+}
+
+bool RoleFits::Work(Workspace* workspace) {
+  if (complete()) return false;
+  const Candidate candidate = robots_[next_++];
+  const ModelFile& model = workspace->Model(candidate.model);
+  if (!model.compiled.model || model.compiled.model->FindRobot(candidate.robot) == nullptr) {
+    return true;
+  }
+  const ProgramFile& program = workspace->Program(program_);
+  const std::string text(program.compiled.sources.text(0));
+  std::optional<StaticRoles> roles = Ask(model, candidate.robot, program_, text, model.compiled);
+  const bool any = roles && std::any_of(roles->modules.begin(), roles->modules.end(),
+                                        [](const StaticRole& m) { return !m.role.empty(); });
+  if (any) fits_.push_back({candidate.model, candidate.robot, std::move(*roles)});
+  return true;
+}
+
+}  // namespace morphbus::tools
