@@ -89,7 +89,9 @@ class Features(Session):
         self.assertIn('metres per model unit', self.editor.hover(self.model, '|unit=0.0325'))
         self.assertIn('3 links, 2 joints, 6 connectors, 0.42 kg', self.editor.hover(self.model, 'module |MTRAN'))
         self.assertIn('9 modules, 18 joints, 10 connections', self.editor.hover(self.model, 'robot |quadruped'))
-        self.assertIn("module m5 of type MTRAN, at ", self.editor.hover(self.model, 'frame=(|m5'))
+        place = self.editor.hover(self.model, 'frame=(|m5')
+        self.assertIn('module m5 of type MTRAN', place)
+        self.assertIn("m of the robot's frame", place)
         self.assertIsNone(self.editor.hover(self.model, '// m5 is| the junction'))
 
     def test_hover_in_a_program(self):
@@ -341,7 +343,7 @@ class Hostile(Case):
         editor = Editor(self.folder)
         uri = editor.open(self.folder / 'm.m3l', 'module M: unit=1\n')
         editor.diagnostics(uri)
-        for text in ('{', '[]', '17', '"x"', '{"jsonrpc":"2.0","id":7}', b'\xff\xfe', '{"id":8,"method":5}'):
+        for text in ('{', '[]', '17', '"x"', '{"jsonrpc":"2.0","id":7}', b'\xff\xfe', '{"id":8,"method":5}', '{"id":[[]],"method":"shutdown"}'):
             editor.send_text(text)
             self.assertIn('error', editor.read())
         for method, parameters in (('textDocument/hover', None), ('textDocument/hover', {'textDocument': {'uri': 'file:///none.m3l'}}),

@@ -74,6 +74,9 @@ void LanguageServer::Take(const std::string& text) {
     return AnswerError(nullptr, kInvalidRequest, "the message is no object");
   }
   const Json id = PartOf(message, "id");
+  if (!id.is_null() && !id.is_number_integer() && !id.is_string()) {
+    return AnswerError(nullptr, kInvalidRequest, "the id is neither a number nor a text");
+  }
   const std::string method = TextOf(message, "method");
   const Json parameters = PartOf(message, "params");
   // An answer to a request of ours has no method; we send none that we wait for.

@@ -137,18 +137,17 @@ std::string RobotLine(const ModelFile& file, const std::string& name) {
                      Counted(joints, "joint"), Counted(std::ssize(robot->dockings), "connection"));
 }
 
-/// A module of a robot, and where it is at the start values.
-std::string InstanceLine(const ModelFile& file, const NamedThing& thing) {
-  const std::string type = thing.base < 0 ? "?" : file.names.things[thing.base].name;
-  std::string line = "module " + thing.name + " of type " + type;
-  if (!file.compiled.model || thing.owner < 0) return line;
-  const model::Robot* robot = file.compiled.model->FindRobot(file.names.things[thing.owner].name);
+/// Where a module of a robot is at the start values; empty where the model has errors.
+std::string InstancePlace(const ModelFile& file, const NamedThing& thing) {
+  const bool placed = thing.kind == NameKind::kInstance && thing.owner >= 0 && file.compiled.model;
+  const model::Robot* robot =
+      placed ? file.compiled.model->FindRobot(file.names.things[thing.owner].name) : nullptr;
   const std::optional<int> module = robot ? robot->FindModule(thing.name) : std::nullopt;
-  if (!module) return line;
+  if (!module) return "";
   const model::KinematicState state =
       model::ForwardKinematics(*file.compiled.model, *robot, model::StartValues(*robot));
-  return line + fmt::format(", at {} m of the robot's frame",
-                            VectorText(state.X_RL[*module][0].translation()));
+  return fmt::format("at {} m of the robot's frame",
+                     VectorText(state.X_RL[*module][0].translation()));
 }
 
 /// The picture that belongs to a thing, if one does.
@@ -231,10 +230,10 @@ std::string ThingLine(const ModelFile& file, const NamedThing& thing) {
     case NameKind::kRobot:
       return RobotLine(file, thing.name);
     case NameKind::kInstance:
-      return InstanceLine(file, thing);
     case NameKind::kMember:
     case NameKind::kBinder: {
       const std::string type = thing.base < 0 ? "?" : file.names.things[thing.base].name;
+      if (thing.kind == NameKind::kInstance) return "module " + thing.name + " of type " + type;
       return (thing.kind == NameKind::kMember ? "a module of type " : "a connector of ") + type;
     }
     case NameKind::kConstant:
@@ -292,6 +291,7 @@ std::string ModelHover(const ModelFile& file, size_t offset, source::Span* span)
     *span = use->span;
     const NamedThing& thing = file.names.things[use->thing];
     add(ThingLine(file, thing));
+    add(InstancePlace(file, thing));
     add(PictureOf(file, thing));
   }
   if (const std::optional<DockingPlace> place = DockingAt(file, offset)) {

@@ -10,6 +10,8 @@
 namespace morphbus::tools {
 namespace {
 
+/// More modules are too small to be told apart, and take long to draw.
+constexpr size_t kMostDrawn = 200;
 /// Visual Studio Code cuts a hover text off at 100,000 characters, and a picture with it.
 constexpr size_t kMostPictureBytes = 90'000;
 
@@ -26,6 +28,7 @@ model::ModuleInstance ModuleOf(const model::Model& model, int type, const std::s
 
 std::string RobotSvg(const model::Model& model, const model::Robot& robot,
                      const std::vector<Color>& colors, double width_px) {
+  if (robot.modules.size() > kMostDrawn) return "";
   std::vector<Color> used = colors;
   for (size_t m = used.size(); m < robot.modules.size(); ++m) {
     used.push_back(PaletteColor(static_cast<int>(m)));

@@ -11,7 +11,7 @@ namespace morphbus::tools {
 
 /// The SVG of a robot at its start values, `width_px` wide; modules have the colours of
 /// `colors[module]`, or each its own where that is empty. Empty if it cannot be drawn, as when
-/// nothing has a shape.
+/// nothing has a shape or there are more than 200 modules.
 std::string RobotSvg(const model::Model& model, const model::Robot& robot,
                      const std::vector<Color>& colors, double width_px);
 /// A module of this type, joints at 0.

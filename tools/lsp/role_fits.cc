@@ -17,8 +17,7 @@ constexpr size_t kMostRobots = 60;
 
 /// What the robot makes of the program; nothing where the program cannot run on it.
 std::optional<StaticRoles> Ask(const ModelFile& model, const std::string& robot,
-                               const std::string& program, const std::string& text,
-                               const m3l::CompileOutput& compiled) {
+                               const std::string& program, const std::string& text) {
   // The program is compiled for this model alone, as `morphbus roles` does it: a word that none of
   // its module types has makes it no program for this model.
   const Result<keywords::KeywordTable> table = keywords::KeywordTable::Of(model.keywords);
@@ -32,7 +31,7 @@ std::optional<StaticRoles> Ask(const ModelFile& model, const std::string& robot,
   options.model_file = model.path;
   options.program_file = program;
   options.robot = robot;
-  const std::optional<RunPlan> plan = PlanCompiled(options, *compiled.model, image);
+  const std::optional<RunPlan> plan = PlanCompiled(options, *model.compiled.model, image);
   if (!plan) return std::nullopt;
   Result<StaticRoles> roles = SettleRoles(*plan);
   if (!roles) return std::nullopt;
@@ -76,7 +75,7 @@ bool RoleFits::Work(Workspace* workspace) {
   }
   const ProgramFile& program = workspace->Program(program_);
   const std::string text(program.compiled.sources.text(0));
-  std::optional<StaticRoles> roles = Ask(model, candidate.robot, program_, text, model.compiled);
+  std::optional<StaticRoles> roles = Ask(model, candidate.robot, program_, text);
   const bool any = roles && std::any_of(roles->modules.begin(), roles->modules.end(),
                                         [](const StaticRole& m) { return !m.role.empty(); });
   if (any) fits_.push_back({candidate.model, candidate.robot, std::move(*roles)});

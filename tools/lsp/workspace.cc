@@ -126,6 +126,8 @@ const ModelFile& Workspace::Model(const std::string& path) {
   model = ModelFile();
   model.path = path;
   model.compiled = m3l::CompileFiles({path}, m3l::Dump::kNone, &open_);
+  // The file itself is the first text, also where it could not be read.
+  if (model.compiled.sources.size() == 0) model.compiled.sources.AddText(path, "");
   model.names = m3l::IndexNames(model.compiled.files);
   for (const model::ModuleType& type : model.compiled.solved.module_types) {
     // A type whose words clash is an error for programs, and not for the model.
