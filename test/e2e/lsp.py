@@ -89,6 +89,9 @@ class Features(Session):
         self.assertIn('metres per model unit', self.editor.hover(self.model, '|unit=0.0325'))
         self.assertIn('3 links, 2 joints, 6 connectors, 0.42 kg', self.editor.hover(self.model, 'module |MTRAN'))
         self.assertIn('9 modules, 18 joints, 10 connections', self.editor.hover(self.model, 'robot |quadruped'))
+        # So many faces are told by pixels, and a single module by lines.
+        self.assertIn('data:image/png;base64,', self.editor.hover(self.model, 'robot |quadruped'))
+        self.assertIn('data:image/svg+xml;base64,', self.editor.hover(self.model, 'module |MTRAN'))
         place = self.editor.hover(self.model, 'frame=(|m5')
         self.assertIn('module m5 of type MTRAN', place)
         self.assertIn("m of the robot's frame", place)

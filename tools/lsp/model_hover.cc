@@ -156,13 +156,14 @@ std::string PictureOf(const ModelFile& file, const NamedThing& thing) {
   if (thing.kind == NameKind::kModule) {
     for (int type = 0; type < std::ssize(solved.module_types); ++type) {
       if (solved.module_types[type].name != thing.name) continue;
-      return PictureMarkdown(ModuleSvg(solved, type, kPictureWidth), thing.name);
+      return PictureMarkdown(ModuleDrawing(solved, type, kPictureWidth), thing.name);
     }
   }
   if (thing.kind == NameKind::kRobot && file.compiled.model) {
     const model::Robot* robot = file.compiled.model->FindRobot(thing.name);
     if (robot == nullptr) return "";
-    return PictureMarkdown(RobotSvg(*file.compiled.model, *robot, {}, kPictureWidth), thing.name);
+    return PictureMarkdown(RobotDrawing(*file.compiled.model, *robot, {}, kPictureWidth),
+                           thing.name);
   }
   return "";
 }
@@ -300,7 +301,7 @@ std::string ModelHover(const ModelFile& file, size_t offset, source::Span* span)
     if (text.empty()) *span = file.compiled.dockings[place->robot][place->docking];
     add(ConnectionLines(*file.compiled.model, docking.connection_type, docking.option));
     add(PictureMarkdown(
-        MatedSvg(*file.compiled.model, docking.connection_type, docking.option, kPictureWidth),
+        MatedDrawing(*file.compiled.model, docking.connection_type, docking.option, kPictureWidth),
         "the two modules"));
     return text;
   }

@@ -1,11 +1,11 @@
 #include "tools/lsp/pictures.h"
 
+#include <cmath>
 #include <utility>
 #include <vector>
 
 #include "compiler/base/base64.h"
 #include "compiler/model/forward_kinematics.h"
-#include "logger/show/drawing.h"
 
 namespace morphbus::tools {
 namespace {
@@ -26,33 +26,33 @@ model::ModuleInstance ModuleOf(const model::Model& model, int type, const std::s
 
 }  // namespace
 
-std::string RobotSvg(const model::Model& model, const model::Robot& robot,
-                     const std::vector<Color>& colors, double width_px) {
-  if (robot.modules.size() > kMostDrawn) return "";
+logger::Drawing RobotDrawing(const model::Model& model, const model::Robot& robot,
+                             const std::vector<Color>& colors, double width_px) {
+  logger::Drawing drawing;
+  drawing.panel_width_px = width_px;
+  if (robot.modules.size() > kMostDrawn) return drawing;
   std::vector<Color> used = colors;
   for (size_t m = used.size(); m < robot.modules.size(); ++m) {
     used.push_back(PaletteColor(static_cast<int>(m)));
   }
   const model::KinematicState state =
       model::ForwardKinematics(model, robot, model::StartValues(robot));
-  logger::Drawing drawing;
-  drawing.panel_width_px = width_px;
-  logger::Panel& panel = drawing.panels.emplace_back();
+  logger::Panel panel;
   panel.scene = logger::SceneOf(model, robot, state.X_RL, used);
   panel.scene.ground = false;
   panel.view = logger::View::kThreeQuarter;
-  if (panel.scene.hulls.empty()) return "";
-  const Result<std::string> svg = logger::RenderPicture(drawing, "picture.svg");
-  return svg ? *svg : "";
+  if (!panel.scene.hulls.empty()) drawing.panels.push_back(std::move(panel));
+  return drawing;
 }
 
-std::string ModuleSvg(const model::Model& model, int type, double width_px) {
+logger::Drawing ModuleDrawing(const model::Model& model, int type, double width_px) {
   model::Robot robot;
   robot.modules.push_back(ModuleOf(model, type, ""));
-  return RobotSvg(model, robot, {}, width_px);
+  return RobotDrawing(model, robot, {}, width_px);
 }
 
-std::string MatedSvg(const model::Model& model, int connection, int option, double width_px) {
+logger::Drawing MatedDrawing(const model::Model& model, int connection, int option,
+                             double width_px) {
   const model::ConnectionType& type = model.connection_types[connection];
   model::Robot robot;
   robot.modules.push_back(ModuleOf(model, type.type_a, "a"));
@@ -63,14 +63,28 @@ std::string MatedSvg(const model::Model& model, int connection, int option, doub
   docking.connector_b = type.options[option].connector_b;
   docking.connection_type = connection;
   docking.option = option;
-  return RobotSvg(model, robot, {}, width_px);
+  return RobotDrawing(model, robot, {}, width_px);
 }
 
-std::string PictureMarkdown(const std::string& svg, const std::string& alt) {
+std::string SvgOf(const logger::Drawing& drawing) {
+  if (drawing.panels.empty()) return "";
+  const Result<std::string> svg = logger::RenderPicture(drawing, "picture.svg");
+  return svg ? *svg : "";
+}
+
+std::string PictureMarkdown(const logger::Drawing& drawing, const std::string& alt) {
+  const std::string svg = SvgOf(drawing);
   if (svg.empty()) return "";
   const std::string data = Base64(svg);
-  if (data.size() > kMostPictureBytes) return "";
-  return "![" + alt + "](data:image/svg+xml;base64," + data + ")";
+  if (data.size() <= kMostPictureBytes) {
+    return "![" + alt + "](data:image/svg+xml;base64," + data + ")";
+  }
+  // What has many faces takes less as pixels, of which there are two to each of the width.
+  const Result<std::string> png = logger::RenderPicture(drawing, "picture.png");
+  const std::string pixels = png ? Base64(*png) : "";
+  if (pixels.empty() || pixels.size() > kMostPictureBytes) return "";
+  return "![" + alt + "|width=" + std::to_string(std::lround(drawing.panel_width_px)) +
+         "](data:image/png;base64," + pixels + ")";
 }
 
 }  // namespace morphbus::tools

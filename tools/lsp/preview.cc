@@ -23,9 +23,9 @@ Json PreviewOfModel(const ModelFile& file, const std::string& wanted) {
     const model::Robot* robot = model.FindRobot(wanted);
     if (robot == nullptr) robot = &model.robots[0];
     preview["robot"] = robot->name;
-    preview["svg"] = RobotSvg(model, *robot, {}, kPreviewWidth);
+    preview["svg"] = SvgOf(RobotDrawing(model, *robot, {}, kPreviewWidth));
   } else if (!solved.module_types.empty()) {
-    preview["svg"] = ModuleSvg(solved, 0, kPreviewWidth);
+    preview["svg"] = SvgOf(ModuleDrawing(solved, 0, kPreviewWidth));
   }
   return preview;
 }
@@ -63,7 +63,7 @@ Json PreviewOfProgram(Workspace* workspace, const ProgramFile& program, const Ro
   const model::Robot* robot =
       model.compiled.model ? model.compiled.model->FindRobot(shown->robot) : nullptr;
   if (robot != nullptr && robot->modules.size() == of_modules.size()) {
-    preview["svg"] = RobotSvg(*model.compiled.model, *robot, of_modules, kPreviewWidth);
+    preview["svg"] = SvgOf(RobotDrawing(*model.compiled.model, *robot, of_modules, kPreviewWidth));
   }
   return preview;
 }
