@@ -15,7 +15,8 @@ void AddLsp(CommandLine* line) {
   sub.Flag("--stdio", stdio.get(), "Over standard input and output, as always");
   sub.Footer(
       "Editors start it; docs/editor.md says how each is told to. It speaks the Language "
-      "Server Protocol 3.17.");
+      "Server Protocol 3.17.\n"
+      "Example:\n  morphbus lsp");
   sub.Do([stdio] { return ServeEditor(); });
 }
 
