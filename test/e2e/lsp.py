@@ -12,11 +12,11 @@ from support import LIMIT, Case, command, morphbus
 
 
 class Session(Case):
-    """A workspace with copies of two models and a program, and an editor on it."""
+    """A workspace with copies of models and a program, and an editor on it. Two of the models import the first."""
 
     def setUp(self):
         super().setUp()
-        for name in ('mtran.m3l', 'mtran_robots.m3l'):
+        for name in ('mtran.m3l', 'mtran_robots.m3l', 'mixed.m3l'):
             shutil.copy(MODELS / name, self.folder / name)
         shutil.copy(MODELS / 'programs' / 'quadruped.dyn', self.folder / 'quadruped.dyn')
         self.editor = Editor(self.folder)
@@ -132,7 +132,7 @@ class Features(Session):
         where = {'context': {'includeDeclaration': True}, **self.editor.at(self.model, 'module |MTRAN')}
         found = self.editor.ask('textDocument/references', where)
         self.assertTrue(all(self.editor.text_at(one) == 'MTRAN' for one in found))
-        self.assertEqual({one['uri'] for one in found}, {self.model, robots})
+        self.assertEqual({one['uri'] for one in found}, {self.model, robots, uri_of(self.folder / 'mixed.m3l')})
         where['context']['includeDeclaration'] = False
         self.assertEqual(len(self.editor.ask('textDocument/references', where)), len(found) - 1)
         link = {'context': {'includeDeclaration': True}, **self.editor.at(self.model, 'link |connecting_bar')}

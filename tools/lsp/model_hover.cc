@@ -20,6 +20,8 @@ using source::NamedThing;
 using source::NameKind;
 
 constexpr double kPictureWidth = 320;
+/// Robots have so many faces that the time to draw them counts.
+constexpr double kRobotWidth = 240;
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 std::string VectorText(const Eigen::Vector3d& v) {
@@ -162,8 +164,7 @@ std::string PictureOf(const ModelFile& file, const NamedThing& thing) {
   if (thing.kind == NameKind::kRobot && file.compiled.model) {
     const model::Robot* robot = file.compiled.model->FindRobot(thing.name);
     if (robot == nullptr) return "";
-    return PictureMarkdown(RobotDrawing(*file.compiled.model, *robot, {}, kPictureWidth),
-                           thing.name);
+    return PictureMarkdown(RobotDrawing(*file.compiled.model, *robot, {}, kRobotWidth), thing.name);
   }
   return "";
 }

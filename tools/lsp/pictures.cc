@@ -14,6 +14,8 @@ namespace {
 constexpr size_t kMostDrawn = 200;
 /// Visual Studio Code cuts a hover text off at 100,000 characters, and a picture with it.
 constexpr size_t kMostPictureBytes = 90'000;
+/// An SVG of shapes with more corners would be larger; it is not even tried.
+constexpr size_t kMostSvgCorners = 250;
 
 /// A module of a type, all joints at 0.
 model::ModuleInstance ModuleOf(const model::Model& model, int type, const std::string& name) {
@@ -73,10 +75,13 @@ std::string SvgOf(const logger::Drawing& drawing) {
 }
 
 std::string PictureMarkdown(const logger::Drawing& drawing, const std::string& alt) {
-  const std::string svg = SvgOf(drawing);
-  if (svg.empty()) return "";
-  const std::string data = Base64(svg);
-  if (data.size() <= kMostPictureBytes) {
+  if (drawing.panels.empty()) return "";
+  size_t corners = 0;
+  for (const logger::SceneHull& hull : drawing.panels[0].scene.hulls) {
+    corners += hull.points_L.size();
+  }
+  const std::string data = corners <= kMostSvgCorners ? Base64(SvgOf(drawing)) : "";
+  if (!data.empty() && data.size() <= kMostPictureBytes) {
     return "![" + alt + "](data:image/svg+xml;base64," + data + ")";
   }
   // What has many faces takes less as pixels, of which there are two to each of the width.

@@ -50,19 +50,23 @@ void RoleFits::Begin(Workspace* workspace, const std::string& program) {
   next_ = 0;
   // A program with errors fits nothing; what it did before is of no use either.
   if (!file.compiled.image) return;
-  // The answers for one model stand together, in the order of its robots.
+  // A robot belongs to the model that declares it, and not to those that import that.
   const std::vector<std::string> models = file.models;
-  for (const std::string& path : models) {
-    const ModelFile& model = workspace->Model(path);
-    if (!model.compiled.model) continue;
-    for (const model::Robot& robot : model.compiled.model->robots) {
-      if (robot.modules.size() > kLargestRobot || robots_.size() == kMostRobots) continue;
-      // A model that another one imports has its robots there, too.
-      const bool known = std::any_of(robots_.begin(), robots_.end(), [&](const Candidate& other) {
-        return other.robot == robot.name;
-      });
-      if (!known) robots_.push_back({path, robot.name});
-    }
+  for (const bool own : {true, false}) {
+    for (const std::string& path : models) AddRobots(workspace->Model(path), own);
+  }
+}
+
+void RoleFits::AddRobots(const ModelFile& model, bool own) {
+  if (!model.compiled.model) return;
+  for (const model::Robot& robot : model.compiled.model->robots) {
+    const int thing = model.names.Find(source::NameKind::kRobot, robot.name);
+    const bool declares = thing >= 0 && model.names.things[thing].extent.file == 0;
+    const bool known = std::any_of(robots_.begin(), robots_.end(), [&](const Candidate& other) {
+      return other.robot == robot.name;
+    });
+    if (declares != own || known || robot.modules.size() > kLargestRobot) continue;
+    if (robots_.size() < kMostRobots) robots_.push_back({model.path, robot.name});
   }
 }
 

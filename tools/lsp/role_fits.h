@@ -37,6 +37,9 @@ class RoleFits {
     std::string robot;
   };
 
+  /// Adds the robots of a model that it declares itself (`own`), or that it imports.
+  void AddRobots(const ModelFile& model, bool own);
+
   std::string program_;
   /// The states of the texts that the answers rest on.
   std::vector<TextStamp> stamps_;
