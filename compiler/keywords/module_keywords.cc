@@ -33,14 +33,17 @@ std::string Clash(const std::vector<T>& items, const char* what, const std::stri
 
 }  // namespace
 
+// As the paper writes them (Sec. III B).
+std::string KeywordOf(const std::string& name, bool is_link) {
+  return (is_link ? "LINK_" : "") + Capitals(name);
+}
+
 Result<ModuleKeywords> KeywordsOf(const model::ModuleType& type) {
-  // Keywords are names in capitals, links with LINK_ before them, as the paper writes them (Sec.
-  // III B).
   ModuleKeywords keywords;
   keywords.type_name = type.name;
   // In the order of M3L, which is that of the file of keywords, too.
   for (const model::Link& link : type.links) {
-    keywords.links.push_back({link.name, "LINK_" + Capitals(link.name)});
+    keywords.links.push_back({link.name, KeywordOf(link.name, true)});
   }
   for (const model::Joint& joint : type.joints) {
     keywords.joints.push_back({joint.name, Capitals(joint.name), joint.type});

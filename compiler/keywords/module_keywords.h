@@ -57,6 +57,9 @@ struct ModuleKeywords {
   std::vector<SensorKeyword> sensors = {};
 };
 
+/// The keyword of a part that M3L calls `name`: in capitals, of a link with LINK_ before it.
+std::string KeywordOf(const std::string& name, bool is_link);
+
 /// The keywords of a module type. Fails where two names differ in case only, so that one keyword
 /// would mean both ("links 'Bar' and 'bar' of module 'M' are both LINK_BAR").
 Result<ModuleKeywords> KeywordsOf(const model::ModuleType& type);

@@ -111,6 +111,9 @@ class Features(Session):
         keyword = self.editor.hover(self.program, '$|LINK_CONNECTING_BAR')
         self.assertIn('MTRAN: link connecting_bar: 0.06 kg', keyword)
         self.assertIn('turns by so many degrees', self.editor.hover(self.program, 'self.|jointRotateDegrees('))
+        # A comment above a declaration is shown with it.
+        self.editor.replace(self.program, '// Walks on.\n// Slowly.\nrole R extends Module {\n}\n', 2)
+        self.assertIn('Walks on.\nSlowly.', self.editor.hover(self.program, 'role |R'))
 
     def test_definitions_in_and_across_both_languages(self):
         def definitions(uri, place):
@@ -264,12 +267,6 @@ class Completion(Session):
         self.assertIn('AXIS', labels(inside + 'knee.|' + end))
         self.assertEqual(labels(inside + 'print("a |b");' + end), [])
 
-    def test_snippets_make_sound_text(self):
-        """What is offered at the beginning of a program, its places filled in, compiles."""
-        for item in self.type(self.program, '|'):
-            if item['label'] in ('role', 'abstract role'):
-                self.assertEqual(item['insertTextFormat'], 2)
-
     def test_signatures(self):
         help_of = lambda uri, place: self.editor.ask('textDocument/signatureHelp', self.editor.at(uri, place))
         found = help_of(self.program, 'self.jointRotateDegrees(|')
@@ -311,6 +308,65 @@ class Fixes(Session):
         self.editor.replace(self.model, (self.folder / 'mtran.m3l').read_text(), version + 1)
         self.assertEqual(self.editor.ask('textDocument/codeAction', {
             'textDocument': {'uri': self.model}, 'range': self.editor.whole(self.model), 'context': {'diagnostics': []}}), [])
+
+
+class Settings(Case):
+    PROGRAM = 'role R extends Module {\n  startup s() {\n    self.jointSetDegrees(self.JOINT_1, 5);\n  }\n}\n'
+
+    def test_models_are_those_that_the_user_chooses(self):
+        """The program lies where no model is; one is named at the beginning, and later another."""
+        other = self.folder / 'other.m3l'
+        for options in ({'models': [str(MODELS / 'mtran.m3l')]}, {'morphbus': {'models': [str(MODELS / 'mtran.m3l')]}}):
+            with self.subTest(options):
+                programs = self.folder / 'programs'
+                programs.mkdir(exist_ok=True)
+                editor = Editor(programs, options=options)
+                uri = editor.open(programs / 'p.dyn', self.PROGRAM)
+                self.assertEqual(editor.diagnostics(uri), [])
+                other.write_text('module M: unit=1\nlink l: hull=box(size=(1, 1, 1))\n')
+                editor.tell('workspace/didChangeConfiguration', {'settings': {'morphbus': {'models': [str(other)]}}})
+                self.assertIn("'self' has no 'JOINT_1'", editor.diagnostics(uri)[0]['message'])
+                editor.close()
+        editor = Editor(programs)
+        self.assertIn("'self' has no 'JOINT_1'", editor.diagnostics(editor.open(programs / 'p.dyn', self.PROGRAM))[0]['message'])
+        editor.close()
+
+    def test_texts_that_were_never_saved(self):
+        editor = Editor(self.folder)
+        for language, text, place, said in (('m3l', 'module M: unit=1\nlink body: mass=2\n', (1, 6), '2 kg'),
+                                            ('dynarole', 'role R extends Module {\n  speed = 5;\n}\n', (1, 3), 'speed: int = 5')):
+            uri = f'untitled:Untitled-{language}'
+            editor.tell('textDocument/didOpen', {'textDocument': {'uri': uri, 'languageId': language, 'version': 1, 'text': text}})
+            at = {'textDocument': {'uri': uri}, 'position': {'line': place[0], 'character': place[1]}}
+            self.assertIn(said, editor.ask('textDocument/hover', at)['contents']['value'])
+            found = editor.ask('textDocument/references', {**at, 'context': {'includeDeclaration': True}})
+            self.assertEqual([one['uri'] for one in found], [uri])
+        editor.close()
+
+    def test_of_two_imports_the_one_with_the_error_is_marked(self):
+        (self.folder / 'good.m3l').write_text('module G: unit=1\nlink l: mass=1\n')
+        (self.folder / 'bad.m3l').write_text('module B: unit=1\nlink l: mas=1\n')
+        editor = Editor(self.folder)
+        uri = editor.open(self.folder / 'all.m3l', 'import "good.m3l"\nimport "bad.m3l"\n')
+        found = editor.diagnostics(uri)
+        self.assertEqual([editor.text_at({'uri': uri, 'range': one['range']}) for one in found], ['"bad.m3l"'])
+        editor.close()
+
+    def test_many_modules_have_no_picture(self):
+        module = 'module M: unit=1\npoint a: coords=(0, 0, 1), connector, normal=(0, 0, 1)\npoint b: coords=(0, 0, -1), connector, ' \
+                 'normal=(0, 0, -1)\nlink l: grouping=(a, b), hull=box(size=(1, 1, 2))\naxis x: origin=(0, 0, 0), direction=(1, 0, 0)\n' \
+                 'connection C: members=(M m, M n), conditions=(m.point p coincident n.point q and p antiparallel q and m.x parallel n.x)\n'
+        editor = Editor(self.folder)
+        for number, drawn in ((3, True), (201, False)):
+            names = [f'm{i}' for i in range(number)]
+            text = module + 'robot r: modules=({}), connections=({})\n'.format(
+                ', '.join('M ' + name for name in names), ', '.join(f'({x}.a, {y}.b)' for x, y in zip(names, names[1:])))
+            uri = editor.open(self.folder / f'{number}.m3l', text)
+            self.assertEqual(editor.diagnostics(uri), [])
+            hover = editor.hover(uri, 'robot |r:')
+            self.assertIn(f'{number} modules', hover)
+            self.assertEqual('data:image' in hover, drawn)
+        editor.close()
 
 
 class Positions(Case):

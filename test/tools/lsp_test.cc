@@ -3,12 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <regex>
 #include <string>
 #include <vector>
 
 #include "compiler/dynarole/builtins.h"
+#include "compiler/dynarole/format.h"
 #include "compiler/dynarole/lexer.h"
 #include "compiler/m3l/compile.h"
+#include "compiler/m3l/format.h"
 #include "compiler/m3l/lexer.h"
 #include "tools/lsp/document.h"
 #include "tools/lsp/language_server.h"
@@ -156,6 +159,43 @@ TEST(LspWords, ExplainAllThatDynaRoleOffers) {
   for (const ProgramWord& word : ProgramWords()) words += std::string(word.snippet) + " ";
   for (const std::string_view word : dynarole::ReservedWords()) {
     EXPECT_NE(words.find(word), std::string::npos) << word;
+  }
+}
+
+/// A snippet as it is when its places are filled in: each with its default, the first choice, or a
+/// name.
+std::string Filled(std::string snippet) {
+  snippet = std::regex_replace(snippet, std::regex(R"(\$\{\d+\|([^,|]*)[^}]*\})"), "$1");
+  snippet = std::regex_replace(snippet, std::regex(R"(\$\{\d+:([^}]*)\})"), "$1");
+  snippet = std::regex_replace(snippet, std::regex(R"(\$0)"), "");
+  snippet = std::regex_replace(snippet, std::regex(R"(\$(\{\d+\}|\d+))"), "x");
+  return std::regex_replace(snippet, std::regex(R"(\\\$)"), "$$");
+}
+
+TEST(LspWords, OfM3lBeginWhatParses) {
+  for (const ModelWord& word : StatementWords()) {
+    // Members belong to a module.
+    const std::string text = "module Z: unit=1\n" + Filled(std::string(word.snippet));
+    source::SourceSet sources;
+    source::Diagnostics diagnostics;
+    const int file = sources.AddText("m.m3l", text);
+    EXPECT_TRUE(m3l::Format(sources, file, &diagnostics)) << text;
+  }
+}
+
+TEST(LspWords, OfDynaRoleBeginWhatParses) {
+  for (const ProgramWord& word : ProgramWords()) {
+    std::string text = Filled(std::string(word.snippet));
+    // Each stands where it is offered: an `else` behind its `if`, a value in a statement.
+    if (word.word == "else") text = "if (true) {}\n" + text;
+    if (word.word == "self") text += "hops";
+    if (word.place == WordPlace::kValue) text = "var v = " + text + ";";
+    if (word.place >= WordPlace::kTask) text = "startup s() {\n" + text + "\n}";
+    if (word.place != WordPlace::kProgram) text = "role R extends Module {\n" + text + "\n}";
+    source::SourceSet sources;
+    source::Diagnostics diagnostics;
+    const int file = sources.AddText("p.dyn", text);
+    EXPECT_TRUE(dynarole::Format(sources, file, &diagnostics)) << text;
   }
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 
 #include "compiler/base/utf8.h"
@@ -36,17 +37,24 @@ source::Span Visible(const source::SourceSet& sources, source::Span span) {
   return span;
 }
 
-/// Where in the document a diagnostic is shown: itself, or the first import, behind which all that
-/// is wrong elsewhere lies.
+/// Where in the document a diagnostic is shown: itself, or at the import of the file that it is
+/// about. For a file that another import reads that is the first import.
 source::Span PlaceOf(Workspace* workspace, const Document& document, const source::Span& span) {
   if (span.file == 0) return span;
   if (document.is_model()) {
     const ModelFile& model = workspace->Model(document.path);
+    const std::filesystem::path folder = std::filesystem::path(document.path).parent_path();
+    const std::string wrong =
+        span.file < 0 ? "" : CanonicalPath(model.compiled.sources.name(span.file));
+    std::optional<source::Span> first;
     for (const m3l::FileAst& file : model.compiled.files) {
       for (const m3l::ImportDecl& import : file.imports) {
-        if (import.span.file == 0) return import.span;
+        if (import.span.file != 0) continue;
+        if (CanonicalPath(folder / import.path) == wrong) return import.span;
+        if (!first) first = import.span;
       }
     }
+    if (first) return *first;
   }
   return {0, 0, 0};
 }
@@ -149,7 +157,7 @@ Json FormattingOf(const Document& document, PositionEncoding encoding) {
   const std::string_view before = document.text(), after = *formatted;
   size_t same = 0;
   while (same < std::min(before.size(), after.size()) && before[same] == after[same]) ++same;
-  while (same > 0 && ContinuesCharacter(after[same])) --same;
+  while (same > 0 && same < after.size() && ContinuesCharacter(after[same])) --same;
   size_t tail = 0;
   while (tail < std::min(before.size(), after.size()) - same &&
          before[before.size() - 1 - tail] == after[after.size() - 1 - tail]) {

@@ -137,6 +137,7 @@ Result<Json> LanguageServer::Initialize(const Json& parameters) {
   for (const Json& encoding : encodings.is_array() ? encodings : Json::array()) {
     if (encoding == "utf-8") encoding_ = PositionEncoding::kUtf8;
   }
+  // Old editors name one folder by another key.
   std::vector<std::string> folders;
   const Json list = PartOf(parameters, "workspaceFolders");
   for (const Json& folder : list.is_array() ? list : Json::array()) {
@@ -197,6 +198,7 @@ void LanguageServer::Change(const Json& parameters) {
   Document* document = workspace_.Find(TextOf(PartOf(parameters, "textDocument"), "uri"));
   if (document == nullptr) return;
   const Json changes = PartOf(parameters, "contentChanges");
+  // Each change counts in the text that those before it have left.
   for (const Json& change : changes.is_array() ? changes : Json::array()) {
     document->Change(change, encoding_);
   }
@@ -224,11 +226,12 @@ Document* LanguageServer::DocumentOf(const Json& parameters) {
   return ours ? document : nullptr;
 }
 
-std::optional<size_t> LanguageServer::OffsetOf(const Document& document,
-                                               const Json& parameters) const {
+Result<LanguageServer::Place> LanguageServer::PlaceIn(const Json& parameters) {
+  const Document* document = DocumentOf(parameters);
+  if (document == nullptr) return Fail(kNoDocument);
   const std::optional<Position> position = PositionOf(PartOf(parameters, "position"));
-  if (!position) return std::nullopt;
-  return OffsetAt(document.sources, 0, *position, encoding_);
+  if (!position) return Fail(kNoPosition);
+  return Place{document, OffsetAt(document->sources, 0, *position, encoding_)};
 }
 
 std::optional<std::pair<size_t, size_t>> LanguageServer::RangeOf(const Document& document,
@@ -256,64 +259,53 @@ RoleFits& LanguageServer::FitsOf(const std::string& program) {
 }
 
 Result<Json> LanguageServer::Hover(const Json& parameters) {
-  const Document* document = DocumentOf(parameters);
-  if (document == nullptr) return Fail(kNoDocument);
-  const std::optional<size_t> offset = OffsetOf(*document, parameters);
-  if (!offset) return Fail(kNoPosition);
+  const Result<Place> at = PlaceIn(parameters);
+  if (!at) return Fail(at.error().message);
   source::Span span{0, 0, 0};
-  const std::string text =
-      document->is_model()
-          ? ModelHover(workspace_.Model(document->path), *offset, &span)
-          : ProgramHover(&workspace_, document->path, FitsOf(document->path), *offset, &span);
+  const std::string text = at->document->is_model()
+                               ? ModelHover(workspace_.Model(at->document->path), at->offset, &span)
+                               : ProgramHover(&workspace_, at->document->path,
+                                              FitsOf(at->document->path), at->offset, &span);
   if (text.empty()) return Json();
   return Json{{"contents", {{"kind", "markdown"}, {"value", text}}},
-              {"range", RangeJson(document->sources, span, encoding_)}};
+              {"range", RangeJson(at->document->sources, span, encoding_)}};
 }
 
 Result<Json> LanguageServer::Complete(const Json& parameters) {
-  const Document* document = DocumentOf(parameters);
-  if (document == nullptr) return Fail(kNoDocument);
-  const std::optional<size_t> offset = OffsetOf(*document, parameters);
-  if (!offset) return Fail(kNoPosition);
-  return document->is_model() ? CompleteModel(&workspace_, document->path, *offset)
-                              : CompleteProgram(&workspace_, document->path, *offset);
+  const Result<Place> at = PlaceIn(parameters);
+  if (!at) return Fail(at.error().message);
+  return at->document->is_model() ? CompleteModel(&workspace_, at->document->path, at->offset)
+                                  : CompleteProgram(&workspace_, at->document->path, at->offset);
 }
 
 Result<Json> LanguageServer::Signature(const Json& parameters) {
-  const Document* document = DocumentOf(parameters);
-  if (document == nullptr) return Fail(kNoDocument);
-  const std::optional<size_t> offset = OffsetOf(*document, parameters);
-  if (!offset) return Fail(kNoPosition);
-  return document->is_model() ? ModelSignature(workspace_.Model(document->path), *offset)
-                              : ProgramSignature(workspace_.Program(document->path), *offset);
+  const Result<Place> at = PlaceIn(parameters);
+  if (!at) return Fail(at.error().message);
+  return at->document->is_model()
+             ? ModelSignature(workspace_.Model(at->document->path), at->offset)
+             : ProgramSignature(workspace_.Program(at->document->path), at->offset);
 }
 
 Result<Json> LanguageServer::Definition(const Json& parameters) {
-  const Document* document = DocumentOf(parameters);
-  if (document == nullptr) return Fail(kNoDocument);
-  const std::optional<size_t> offset = OffsetOf(*document, parameters);
-  if (!offset) return Fail(kNoPosition);
-  return LocationsOf(Navigator().Declarations(document->path, *offset));
+  const Result<Place> at = PlaceIn(parameters);
+  if (!at) return Fail(at.error().message);
+  return LocationsOf(Navigator().Declarations(at->document->path, at->offset));
 }
 
 Result<Json> LanguageServer::References(const Json& parameters) {
-  const Document* document = DocumentOf(parameters);
-  if (document == nullptr) return Fail(kNoDocument);
-  const std::optional<size_t> offset = OffsetOf(*document, parameters);
-  if (!offset) return Fail(kNoPosition);
-  std::vector<Occurrence> found = Navigator().Everywhere(document->path, *offset);
+  const Result<Place> at = PlaceIn(parameters);
+  if (!at) return Fail(at.error().message);
+  std::vector<Occurrence> found = Navigator().Everywhere(at->document->path, at->offset);
   const Json with = PartOf(PartOf(parameters, "context"), "includeDeclaration");
   if (with == false) std::erase_if(found, [](const Occurrence& one) { return one.declares; });
   return LocationsOf(found);
 }
 
 Result<Json> LanguageServer::Highlight(const Json& parameters) {
-  const Document* document = DocumentOf(parameters);
-  if (document == nullptr) return Fail(kNoDocument);
-  const std::optional<size_t> offset = OffsetOf(*document, parameters);
-  if (!offset) return Fail(kNoPosition);
+  const Result<Place> at = PlaceIn(parameters);
+  if (!at) return Fail(at.error().message);
   Json list = Json::array();
-  for (const Occurrence& one : Navigator().InFile(document->path, *offset)) {
+  for (const Occurrence& one : Navigator().InFile(at->document->path, at->offset)) {
     // 3 is writing, 2 reading.
     list.push_back({{"range", one.range}, {"kind", one.declares ? 3 : 2}});
   }
@@ -321,21 +313,17 @@ Result<Json> LanguageServer::Highlight(const Json& parameters) {
 }
 
 Result<Json> LanguageServer::PrepareRename(const Json& parameters) {
-  const Document* document = DocumentOf(parameters);
-  if (document == nullptr) return Fail(kNoDocument);
-  const std::optional<size_t> offset = OffsetOf(*document, parameters);
-  if (!offset) return Fail(kNoPosition);
-  const Result<Occurrence> one = Navigator().Renamable(document->path, *offset);
+  const Result<Place> at = PlaceIn(parameters);
+  if (!at) return Fail(at.error().message);
+  const Result<Occurrence> one = Navigator().Renamable(at->document->path, at->offset);
   if (!one) return Fail(one.error().message);
   return Json{{"range", one->range}, {"placeholder", one->text}};
 }
 
 Result<Json> LanguageServer::Rename(const Json& parameters) {
-  const Document* document = DocumentOf(parameters);
-  if (document == nullptr) return Fail(kNoDocument);
-  const std::optional<size_t> offset = OffsetOf(*document, parameters);
-  if (!offset) return Fail(kNoPosition);
-  return Navigator().Rename(document->path, *offset, TextOf(parameters, "newName"));
+  const Result<Place> at = PlaceIn(parameters);
+  if (!at) return Fail(at.error().message);
+  return Navigator().Rename(at->document->path, at->offset, TextOf(parameters, "newName"));
 }
 
 Result<Json> LanguageServer::Symbols(const Json& parameters) {
@@ -381,12 +369,14 @@ Result<Json> LanguageServer::Preview(const Json& parameters) {
 
 bool LanguageServer::WorkAhead() {
   if (!initialized_ || shut_down_) return false;
+  // Marks come before all else, of one document a call: a message may have come meanwhile.
   for (const auto& [uri, document] : workspace_.documents()) {
     if (!document.is_model() && !document.is_program()) continue;
     std::vector<TextStamp>& published = published_[uri];
     const std::vector<TextStamp>& now = document.is_model()
                                             ? workspace_.Model(document.path).stamps
                                             : workspace_.Program(document.path).stamps;
+    // A document has changed also when a model has that its program is for.
     if (published == now) continue;
     published = now;
     send_({{"jsonrpc", "2.0"},
@@ -397,6 +387,7 @@ bool LanguageServer::WorkAhead() {
              {"diagnostics", DiagnosticsOf(&workspace_, document, encoding_)}}}});
     return true;
   }
+  // Then the robots, one a call, as each is a small simulation.
   for (const auto& [uri, document] : workspace_.documents()) {
     if (!document.is_program()) continue;
     RoleFits& fits = FitsOf(document.path);

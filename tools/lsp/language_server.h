@@ -65,9 +65,13 @@ class LanguageServer {
 
   /// The document of "textDocument"; null if it is not open, or in no language of ours.
   Document* DocumentOf(const Json& parameters);
-  /// The byte at "position"; nothing if there is none.
-  [[nodiscard]] std::optional<size_t> OffsetOf(const Document& document,
-                                               const Json& parameters) const;
+  /// What a request about one place asks about: a byte of a document.
+  struct Place {
+    const Document* document = nullptr;
+    size_t offset = 0;
+  };
+  /// The place that "textDocument" and "position" name.
+  Result<Place> PlaceIn(const Json& parameters);
   /// The bytes of "range".
   [[nodiscard]] std::optional<std::pair<size_t, size_t>> RangeOf(const Document& document,
                                                                  const Json& parameters) const;

@@ -234,7 +234,7 @@ class ModelCompleter {
     }
   }
 
-  void OfferChoices(std::initializer_list<const char*> choices) {
+  void OfferChoices(std::span<const char* const> choices) {
     for (const char* choice : choices) items_.Add(choice, ItemKind::kValue, "");
   }
 
@@ -244,11 +244,12 @@ class ModelCompleter {
     const std::string& attribute = at_.attribute();
     const int module = EnclosingModule();
     if (definition == "joint" && attribute == "type") {
-      OfferChoices({"revolute", "continuous", "prismatic", "fixed"});
+      OfferChoices(model::kJointTypeNames);
     } else if (definition == "sensor" && attribute == "type") {
-      OfferChoices({"distance", "contact", "tilt"});
+      OfferChoices(model::kSensorTypeNames);
     } else if (definition == "module" && attribute == "on_loss") {
-      OfferChoices({"\"limp\"", "\"hold\""});
+      constexpr const char* kOnLoss[] = {"\"limp\"", "\"hold\""};
+      OfferChoices(kOnLoss);
     } else if (definition == "joint" && attribute == "pair") {
       OfferThings(at_.commas() == 0 ? NameKind::kLink : NameKind::kAxis, module, ItemKind::kValue);
     } else if (definition == "sensor" && attribute == "link") {

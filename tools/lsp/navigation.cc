@@ -157,6 +157,7 @@ void Navigation::CollectFromModels(const Declaration& declaration, const std::st
     for (const KeywordPart& part : PartsOfKeyword(&workspace_, models, keyword)) {
       known = known || DeclarationOf(NamesOf(part.model), part.thing) == declaration;
     }
+    // A keyword of the same spelling may be that of another model's part.
     if (!known) continue;
     const Names names = NamesOf(path);
     const int thing = names.table->Find(NameKind::kKeyword, keyword);
@@ -258,6 +259,7 @@ Result<Json> Navigation::Rename(const std::string& path, size_t offset, const st
     if (other.owner != thing.owner || other.name != name || other.extent.file < 0) continue;
     return Fail("there is another '" + name + "'");
   }
+  // What stands for the thing in programs follows from its new name.
   NamedThing renamed = thing;
   renamed.name = name;
   const std::string keyword = KeywordOfThing(renamed);
@@ -291,6 +293,7 @@ Json Navigation::Outline(const std::string& path) {
   for (int i = 0; i < std::ssize(symbols); ++i) {
     if (!included(i)) continue;
     const NamedThing& thing = names.table->things[i];
+    // The protocol wants the name within the whole.
     source::Span all = thing.extent.file == 0 ? thing.extent : places[i];
     all.begin = std::min(all.begin, places[i].begin);
     all.end = std::max(all.end, places[i].end);
@@ -301,6 +304,7 @@ Json Navigation::Outline(const std::string& path) {
                   {"children", Json::array()}};
     if (!thing.summary.empty()) symbols[i]["detail"] = thing.summary;
   }
+  // From the last to the first, each is whole when it goes into its owner.
   Json outline = Json::array();
   for (int i = static_cast<int>(std::ssize(symbols)) - 1; i >= 0; --i) {
     if (!included(i)) continue;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <set>
 
@@ -100,21 +99,16 @@ std::string CommentAbove(const source::SourceSet& sources, int file, size_t offs
 }
 
 std::string KeywordOfThing(const NamedThing& thing) {
-  std::string word = thing.kind == NameKind::kLink ? "LINK_" : "";
   switch (thing.kind) {
     case NameKind::kLink:
     case NameKind::kJoint:
     case NameKind::kPoint:
     case NameKind::kSensor:
     case NameKind::kAttribute:
-      break;
+      return keywords::KeywordOf(thing.name, thing.kind == NameKind::kLink);
     default:
       return "";
   }
-  for (const char c : thing.name) {
-    word += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  }
-  return word;
 }
 
 std::vector<KeywordPart> PartsOfKeyword(Workspace* workspace,

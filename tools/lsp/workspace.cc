@@ -82,6 +82,9 @@ void Workspace::Close(const std::string& uri) {
   const auto found = documents_.find(uri);
   if (found == documents_.end()) return;
   open_.erase(found->second.path);
+  // Nothing is kept of a text that may never come back.
+  model_files_.erase(found->second.path);
+  program_files_.erase(found->second.path);
   documents_.erase(found);
 }
 
