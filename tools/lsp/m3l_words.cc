@@ -30,7 +30,7 @@ constexpr AttributeWord kAttributes[] = {
     {"joint", "type", "${1|revolute,continuous,prismatic,fixed|}", "how it moves"},
     {"joint", "value", "[${1:-pi/2}, ${2:pi/2}]",
      "its limits: radians, or model units of a prismatic joint", ValueUnit::kAngle},
-    {"joint", "pair", "((${1:link}, ${2:axis}), (${3:link}, ${4:axis}))",
+    {"joint", "pair", "((${1:arm}, ${2:out}), (${3:base}, ${4:in}))",
      "the two links it joins, each with its axis; the axes lie on one line and point opposite "
      "ways"},
     {"joint", "torque", "${1:1.9}", "the greatest torque (N·m), or force of a prismatic joint (N)",
@@ -57,7 +57,7 @@ constexpr AttributeWord kAttributes[] = {
     {"robot", "connections", "((${1:m1.c1}, ${2:m2.c1}))",
      "which connectors are docked; behind a pair may stand a number, rot=degrees or NAME:number"},
     {"robot", "frame",
-     "(${1:m1.link}.(axis: origin=(0,0,0), direction=(1,0,0)), "
+     "(${1:m1.body}.(axis: origin=(0,0,0), direction=(1,0,0)), "
      "$1.(axis: origin=(0,0,0), direction=(0,1,0)), "
      "$1.(axis: origin=(0,0,0), direction=(0,0,1)))",
      "three axes on one link: +X north, +Y up, +Z east (default: the first module's first link)"},
@@ -88,10 +88,10 @@ constexpr ModelWord kStatements[] = {
      "a line with a direction"},
     {"joint",
      "joint ${1:NAME}: type=${2|revolute,continuous,prismatic,fixed|}, value=[${3:-pi/2}, "
-     "${4:pi/2}],\n  pair=((${5:link}, ${6:axis}), (${7:link}, ${8:axis})), torque=${9:1.9}$0",
+     "${4:pi/2}],\n  pair=((${5:arm}, ${6:out}), (${7:base}, ${8:in})), torque=${9:1.9}$0",
      "what moves one link against another"},
     {"sensor",
-     "sensor ${1:NAME}: type=${2|distance,contact,tilt|}, link=${3:link}, origin=(${4:0}, ${5:0}, "
+     "sensor ${1:NAME}: type=${2|distance,contact,tilt|}, link=${3:body}, origin=(${4:0}, ${5:0}, "
      "${6:0}), direction=(${7:1}, ${8:0}, ${9:0})$0",
      "what a module measures"},
     {"connection",
