@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """morphbus lsp: each feature on both languages, as an editor asks for it."""
 import json
+import os
+import pty
 import random
 import re
 import shutil
@@ -430,6 +432,17 @@ class Hostile(Case):
                 self.assertEqual(done.returncode, status, done.stderr)
                 self.assertIn(words, done.stderr.decode())
 
+    def test_a_person_at_a_terminal_is_told_what_it_is(self):
+        typed, terminal = pty.openpty()
+        server = subprocess.Popen(command('lsp'), stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        os.close(terminal)
+        self.assertIn('waits for an editor', server.stderr.readline())
+        os.write(typed, b'\x04')
+        self.assertEqual(server.wait(LIMIT), 1)
+        os.close(typed)
+        server.stdout.close()
+        server.stderr.close()
+
     def test_an_editor_that_goes_without_a_word(self):
         exit_only = b'{"jsonrpc":"2.0","method":"exit"}'
         done = subprocess.run(command('lsp'), input=b'Content-Length: %d\r\n\r\n' % len(exit_only) + exit_only, capture_output=True,
@@ -501,6 +514,7 @@ class Beginnings(Case):
         project.mkdir()
         (project / 'wave.dyn').write_text('mine')
         morphbus('new', 'project', project, status=2)
+        self.assertIn('FOLDER is empty', morphbus('new', 'project', '', status=2).stderr)
         self.assertEqual([path.name for path in project.iterdir()], ['wave.dyn'])
         self.assertIn('no module type of the model has a joint that turns', self.refused_model())
 

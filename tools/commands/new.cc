@@ -117,6 +117,7 @@ int NewProgram(const NewOptions& options) {
 }
 
 int NewProject(const NewOptions& options) {
+  if (options.path.empty()) return Unusable("FOLDER is empty: name the folder");
   const fs::path folder(options.path);
   std::error_code error;
   fs::create_directories(folder, error);

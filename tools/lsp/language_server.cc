@@ -7,6 +7,7 @@
 
 #include "compiler/base/version.h"
 #include "tools/base/messages.h"
+#include "tools/base/print.h"
 #include "tools/lsp/completion.h"
 #include "tools/lsp/edits.h"
 #include "tools/lsp/message_stream.h"
@@ -404,6 +405,10 @@ bool LanguageServer::WorkAhead() {
 }
 
 int ServeEditor() {
+  // A person who tries the command would wait for something to happen.
+  if (isatty(STDIN_FILENO) != 0) {
+    Say("morphbus lsp waits for an editor, which starts it (docs/editor.md); Ctrl-D ends it\n");
+  }
   MessageStream stream(STDIN_FILENO);
   bool heard = true;
   LanguageServer server(

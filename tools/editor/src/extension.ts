@@ -8,6 +8,7 @@ import { previewPage, type Preview } from './preview_page.js';
 const LANGUAGES = ['m3l', 'dynarole'];
 
 let client: LanguageClient | undefined;
+let panel: PreviewPanel | undefined;
 
 async function startClient(): Promise<void> {
   const settings = vscode.workspace.getConfiguration('morphbus');
@@ -18,6 +19,7 @@ async function startClient(): Promise<void> {
     synchronize: { configurationSection: 'morphbus' },
   };
   client = new LanguageClient('morphbus', 'Morphbus', server, options);
+  client.onNotification('morphbus/rolesKnown', (note: { uri: string }) => panel?.refreshUri(note.uri));
   try {
     await client.start();
   } catch (error) {
@@ -37,12 +39,15 @@ class PreviewPanel {
   private robot = '';
   private waiting: NodeJS.Timeout | undefined;
 
-  constructor(document: vscode.TextDocument, private readonly closed: () => void) {
+  constructor(document: vscode.TextDocument) {
     this.document = document;
     this.panel = vscode.window.createWebviewPanel('morphbus.preview', 'Robot', { viewColumn: vscode.ViewColumn.Beside, preserveFocus: true }, {
       enableScripts: true,
     });
-    this.panel.onDidDispose(closed);
+    this.panel.onDidDispose(() => {
+      clearTimeout(this.waiting);
+      panel = undefined;
+    });
     this.panel.webview.onDidReceiveMessage((message: { robot?: string }) => {
       this.robot = message.robot ?? '';
       this.refresh();
@@ -79,19 +84,20 @@ class PreviewPanel {
       textDocument: { uri: this.document.uri.toString() },
       robot: this.robot,
     });
+    // It may have been closed while the server answered.
+    if (panel !== this) return;
     this.panel.title = preview.robot === '' ? 'Robot' : preview.robot;
     this.panel.webview.html = previewPage(preview, randomBytes(16).toString('base64'));
   }
 }
 
 export async function activate(context: vscode.ExtensionContext): Promise<void> {
-  let panel: PreviewPanel | undefined;
   context.subscriptions.push(
     vscode.commands.registerCommand('morphbus.preview', () => {
       const document = vscode.window.activeTextEditor?.document;
       if (document === undefined || !LANGUAGES.includes(document.languageId)) return;
       if (panel === undefined) {
-        panel = new PreviewPanel(document, () => (panel = undefined));
+        panel = new PreviewPanel(document);
       } else {
         panel.follow(document);
         panel.reveal();
@@ -105,7 +111,6 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     vscode.workspace.onDidChangeTextDocument((event) => panel?.refresh(event.document)),
   );
   await startClient();
-  client?.onNotification('morphbus/rolesKnown', (note: { uri: string }) => panel?.refreshUri(note.uri));
 }
 
 export async function deactivate(): Promise<void> {
