@@ -1,5 +1,4 @@
 # What `cmake --install` puts where: the programs, what they read, and what shells and man know of them.
-include(GNUInstallDirs)
 
 install(TARGETS morphbus morphbus-module)
 # The programs look for it beside their own folder (tools/base/share_folder.h), so that the installed tree can be moved.
@@ -13,3 +12,29 @@ install(FILES ${shell}.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_com
 
 # Written by the program where it could be run (tools/CMakeLists.txt).
 install(DIRECTORY ${CMAKE_BINARY_DIR}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 OPTIONAL)
+
+# The libraries for other people's programs, with what finds them: find_package(Morphbus), pkg-config.
+if(MORPHBUS_LIBRARIES)
+  include(CMakePackageConfigHelpers)
+  get_property(MORPHBUS_PUBLIC_LIBRARIES GLOBAL PROPERTY MORPHBUS_PUBLIC_LIBRARIES)
+  list(TRANSFORM MORPHBUS_PUBLIC_LIBRARIES PREPEND morphbus- OUTPUT_VARIABLE targets)
+  install(TARGETS ${targets} EXPORT MorphbusTargets)
+  # No program links it itself.
+  install(TARGETS morphbus-messages EXPORT MorphbusTargets LIBRARY NAMELINK_SKIP)
+  install(DIRECTORY include/morphbus ${MORPHBUS_PUBLIC_HEADERS}/morphbus DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+          FILES_MATCHING PATTERN "*.h")
+  set(package ${CMAKE_INSTALL_LIBDIR}/cmake/Morphbus)
+  install(EXPORT MorphbusTargets NAMESPACE Morphbus:: DESTINATION ${package})
+  configure_package_config_file(cmake/MorphbusConfig.cmake.in ${CMAKE_BINARY_DIR}/MorphbusConfig.cmake INSTALL_DESTINATION ${package})
+  write_basic_package_version_file(${CMAKE_BINARY_DIR}/MorphbusConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+  install(FILES ${CMAKE_BINARY_DIR}/MorphbusConfig.cmake ${CMAKE_BINARY_DIR}/MorphbusConfigVersion.cmake DESTINATION ${package})
+  # The installed tree can be moved: pkg-config knows where its files lie.
+  file(RELATIVE_PATH PREFIX_FROM_HERE /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+  foreach(name IN LISTS MORPHBUS_PUBLIC_LIBRARIES)
+    get_property(used GLOBAL PROPERTY MORPHBUS_USES_${name})
+    list(TRANSFORM used PREPEND morphbus-)
+    list(JOIN used ", " used)
+    configure_file(cmake/morphbus.pc.in ${CMAKE_BINARY_DIR}/pkgconfig/morphbus-${name}.pc @ONLY)
+    install(FILES ${CMAKE_BINARY_DIR}/pkgconfig/morphbus-${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+  endforeach()
+endif()

@@ -66,10 +66,15 @@ void RunParticipants(Bus* bus, const TimeSource& time,
 
 bool RunInproc(InprocHub* hub, VirtualTime* time, const std::vector<Participant*>& participants,
                const volatile bool* stop) {
+  for (Participant* participant : participants) participant->Start();
+  return ContinueInproc(hub, time, participants, stop);
+}
+
+bool ContinueInproc(InprocHub* hub, VirtualTime* time,
+                    const std::vector<Participant*>& participants, const volatile bool* stop) {
   // Without loss the hub never falls silent: participants that watch the wall clock want their turn
   // too.
   constexpr int kRoundsBetween = 64;
-  for (Participant* participant : participants) participant->Start();
   int rounds = 0;
   while (!AllDone(participants)) {
     if (Stopped(stop)) return false;

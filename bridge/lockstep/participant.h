@@ -77,5 +77,9 @@ void RunParticipants(Bus* bus, const TimeSource& time,
 /// bug), or if `*stop` (may be null) became true.
 bool RunInproc(InprocHub* hub, VirtualTime* time, const std::vector<Participant*>& participants,
                const volatile bool* stop = nullptr);
+/// The same for participants that were started: goes on with a run that `*stop` had ended.
+bool ContinueInproc(InprocHub* hub, VirtualTime* time,
+                    const std::vector<Participant*>& participants,
+                    const volatile bool* stop = nullptr);
 
 }  // namespace morphbus::bridge

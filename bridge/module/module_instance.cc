@@ -1,5 +1,6 @@
 #include "bridge/module/module_instance.h"
 
+#include <sys/random.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -30,6 +31,12 @@ vm::VmConfig ConfigOf(const ModuleSpec& spec) {
 }
 
 }  // namespace
+
+int64_t RandomClaim() {
+  int64_t claim = 0;
+  if (getrandom(&claim, sizeof claim, 0) != sizeof claim) claim = 0;
+  return claim == 0 ? 1 : claim;  // 0 means "none yet" to the sim.
+}
 
 Result<std::unique_ptr<ModuleInstance>> ModuleInstance::Create(const ModuleImages& images,
                                                                ModuleSpec spec) {

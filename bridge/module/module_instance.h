@@ -30,6 +30,9 @@ struct ModuleSpec : ModuleIdentity {
   std::optional<Root> root;  ///< Absent for all modules but the root.
 };
 
+/// A number that no other process claiming the same module will have.
+int64_t RandomClaim();
+
 /// A module with its virtual machine; on a bus once it has joined a run.
 class ModuleInstance {
  public:

@@ -1,6 +1,5 @@
 #include "bridge/module/module_process.h"
 
-#include <sys/random.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -40,13 +39,6 @@ Result<std::vector<uint8_t>> ReadImage(const std::string& path) {
   const Result<std::string> bytes = ReadWholeFile(path, vm::kMaxImageBytes);
   if (!bytes) return Fail("cannot read the image " + path + ": " + bytes.error().message);
   return std::vector<uint8_t>(bytes->begin(), bytes->end());
-}
-
-/// A number that no other process claiming the same module will have.
-int64_t RandomClaim() {
-  int64_t claim = 0;
-  if (getrandom(&claim, sizeof claim, 0) != sizeof claim) claim = 0;
-  return claim == 0 ? 1 : claim;  // 0 means "none yet" to the sim.
 }
 
 /// One module, its endpoint of the bus that the process's modules share, and its faults around it.

@@ -84,6 +84,7 @@ void VmController::BeginAnew(uint32_t incarnation) {
 
 void VmController::Tick(const vm::TickInput& input, vm::TickOutput* output) {
   programs_.Tick(input, vm_.get(), output);
+  if (change_) change_(input, output);
 }
 
 void VmController::TakePiece(const morphbus::deploy_piece_t& piece) {

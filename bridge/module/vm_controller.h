@@ -3,7 +3,9 @@
 // the seam between the VM, which knows no messages, and the lockstep, which knows no programs.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "bridge/lockstep/module/module_participant.h"
@@ -30,6 +32,12 @@ class VmController : public ModuleController {
   std::vector<morphbus::status_t> Describe(const vm::StatusReport& report, bool inspected) override;
   void Save(std::vector<uint8_t>* out) override;
   bool Load(const uint8_t* data, size_t size) override;
+
+  /// Called at the end of every tick with what the module sensed and what it is about to do, which
+  /// may be changed: for programs that drive joints themselves. It is not saved.
+  void OnTick(std::function<void(const vm::TickInput& input, vm::TickOutput* output)> change) {
+    change_ = std::move(change);
+  }
 
   /// Begins anew under this incarnation, as a controller that was just made: with the program that
   /// it was made with, and without anything that it knew.
@@ -68,6 +76,7 @@ class VmController : public ModuleController {
   PackageMemory packages_;
   vm::ProgramChanger programs_;
   Collected collected_;
+  std::function<void(const vm::TickInput&, vm::TickOutput*)> change_;  ///< Called if set.
 };
 
 }  // namespace morphbus::bridge

@@ -288,6 +288,22 @@ void FromTransform(const morphbus::transform_t& message, vm::NeighbourMessage* o
   }
 }
 
+void EncodeTransform(const vm::NeighbourMessage& message, std::vector<uint8_t>* out) {
+  morphbus::transform_t wire = {};
+  ToTransform(message, &wire);
+  wire.header.protocol = morphbus::header_t::PROTOCOL;
+  wire.header.tick = message.tick;
+  wire.header.program_hash = static_cast<int64_t>(message.program_hash);
+  Encode(wire, out);
+}
+
+Result<void> DecodeTransform(const uint8_t* data, size_t size, vm::NeighbourMessage* out) {
+  morphbus::transform_t wire;
+  if (Result<void> decoded = Decode(data, size, {}, &wire); !decoded) return decoded;
+  FromTransform(wire, out);
+  return {};
+}
+
 void ToActuator(const vm::TickOutput& output, uint16_t module_id, int num_joints,
                 int64_t status_count, morphbus::actuator_t* out) {
   static_assert(

@@ -28,6 +28,12 @@ void ToTransform(const vm::NeighbourMessage& message, morphbus::transform_t* out
 /// The reverse, of a message that Decode accepted; tick and program hash come from its header.
 void FromTransform(const morphbus::transform_t& message, vm::NeighbourMessage* out);
 
+/// The neighbour message as the bytes of a transform_t whose header names nothing but its tick and
+/// program: for hosts that carry messages themselves.
+void EncodeTransform(const vm::NeighbourMessage& message, std::vector<uint8_t>* out);
+/// The reverse, of any bytes. Fails for those that Decode refuses.
+Result<void> DecodeTransform(const uint8_t* data, size_t size, vm::NeighbourMessage* out);
+
 /// Commands of one tick. `status_count`: STATUS messages published so far, this tick's included.
 void ToActuator(const vm::TickOutput& output, uint16_t module_id, int num_joints,
                 int64_t status_count, morphbus::actuator_t* out);

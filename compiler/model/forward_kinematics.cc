@@ -16,6 +16,16 @@ JointValues StartValues(const Robot& robot) {
   return q;
 }
 
+std::vector<double> FlatValues(const Model& model, const Robot& robot, const JointValues& q) {
+  MORPHBUS_CHECK(q.size() == robot.modules.size());
+  std::vector<double> flat;
+  for (size_t m = 0; m < q.size(); ++m) {
+    MORPHBUS_CHECK(q[m].size() == model.TypeOf(robot, static_cast<int>(m)).joints.size());
+    flat.insert(flat.end(), q[m].begin(), q[m].end());
+  }
+  return flat;
+}
+
 Pose JointMotion(const Joint& joint, double q) {
   Pose X_BA = Pose::Identity();
   if (joint.type == JointType::kPrismatic) {
@@ -55,17 +65,11 @@ std::vector<Pose> LinkPoses(const ModuleType& type, const std::vector<double>& q
 }
 
 KinematicState ForwardKinematics(const Model& model, const Robot& robot, const JointValues& q) {
-  MORPHBUS_CHECK(q.size() == robot.modules.size());
   // The tree is built anew for each call; callers that need many poses keep one (kinematic_tree.h).
   const KinematicTree tree(model, robot);
   // The tree numbers links and joints of all modules in one row; values go in and poses come out in
   // that order.
-  std::vector<double> flat_q;
-  flat_q.reserve(tree.num_joints());
-  for (size_t m = 0; m < q.size(); ++m) {
-    MORPHBUS_CHECK(q[m].size() == model.TypeOf(robot, static_cast<int>(m)).joints.size());
-    flat_q.insert(flat_q.end(), q[m].begin(), q[m].end());
-  }
+  const std::vector<double> flat_q = FlatValues(model, robot, q);
   std::vector<Pose> flat(tree.num_links());
   tree.Evaluate(flat_q.data(), flat.data());
 

@@ -13,6 +13,10 @@ using JointValues = std::vector<std::vector<double>>;
 /// Start values of every joint, as the robot declares them.
 JointValues StartValues(const Robot& robot);
 
+/// The same values in one row: modules in order, each with its joints in order. `q` must have the
+/// robot's shape (checked).
+std::vector<double> FlatValues(const Model& model, const Robot& robot, const JointValues& q);
+
 /// Pose of link A relative to link B's frame motion: Trans(o)*Rot(axis,q)*Trans(-o) (or a slide).
 /// The one place where a joint's motion is written down.
 Pose JointMotion(const Joint& joint, double q);

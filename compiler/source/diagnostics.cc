@@ -128,16 +128,20 @@ Diagnostic& Diagnostics::Warning(const Span& span, std::string message) {
   return all_.back();
 }
 
-std::string Render(const Diagnostics& diagnostics, const SourceSet& sources, bool color) {
+std::vector<const Diagnostic*> ByPlace(const Diagnostics& diagnostics) {
   std::vector<const Diagnostic*> order;
   for (const Diagnostic& d : diagnostics.all()) order.push_back(&d);
   // The sort is stable, so that diagnostics at one place keep the order in which they were found.
   std::stable_sort(order.begin(), order.end(), [](const Diagnostic* a, const Diagnostic* b) {
     return std::tie(a->span.file, a->span.begin) < std::tie(b->span.file, b->span.begin);
   });
+  return order;
+}
+
+std::string Render(const Diagnostics& diagnostics, const SourceSet& sources, bool color) {
   const Colors colors = MakeColors(color);
   std::string out;
-  for (const Diagnostic* d : order) RenderOne(*d, sources, colors, out);
+  for (const Diagnostic* d : ByPlace(diagnostics)) RenderOne(*d, sources, colors, out);
   return out;
 }
 

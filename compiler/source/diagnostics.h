@@ -72,6 +72,10 @@ class Diagnostics {
   int errors_ = 0;
 };
 
+/// All of them by their places; those at one place in the order in which they were found. The
+/// pointers are good as long as `diagnostics` is not changed.
+std::vector<const Diagnostic*> ByPlace(const Diagnostics& diagnostics);
+
 /// Text for stderr, sorted by place: `file:line:column: error: message`, the source line, a caret
 /// line under the span, `hint:` and `note:` lines. `color` adds ANSI colours.
 std::string Render(const Diagnostics& diagnostics, const SourceSet& sources, bool color);

@@ -135,6 +135,20 @@ class Cli(Case):
         for bad in ('m1.joint_1=1e300', 'm1.joint_2', 'm99.joint_1=0', 'm1.joint_9=0', 'm1.joint_1=x', 'm1.joint_1=nan'):
             morphbus('fk', MODEL, '--robot', 'quadruped', '--set', bad, status=2)
 
+    def test_fk_tells_how_fast_a_link_moves(self):
+        pose = lambda value: as_json('fk', MODEL, '--robot', 'quadruped', '--set', f'm1.joint_1={value}')['links']['m1.active_block']['p']
+        jacobian = as_json('fk', MODEL, '--robot', 'quadruped', '--set', 'm1.joint_1=0.3', '--jacobian', 'm1.active_block')['jacobian']
+        self.assertEqual(jacobian['link'], 'm1.active_block')
+        self.assertEqual(len(jacobian['joints']), 18)
+        for got, before, after in zip(jacobian['joints']['m1.joint_1'], pose(0.3), pose(0.300001)):
+            self.assertAlmostEqual(got, (after - before) / 1e-6, delta=1e-4)
+        # A joint of another leg does not move it.
+        self.assertEqual(jacobian['joints']['m3.joint_1'], [0] * 6)
+        said = morphbus('fk', MODEL, '--robot', 'quadruped', '--jacobian', 'm1.active_block').stdout
+        self.assertIn('angular velocity (rad/s)', said)
+        for bad, why in (('m1', 'expected module.link'), ('m99.x', "no module 'm99'"), ('m1.active_blok', "did you mean 'active_block'")):
+            self.assertIn(why, morphbus('fk', MODEL, '--robot', 'quadruped', '--jacobian', bad, status=2).stderr)
+
     def test_the_graph_is_that_of_the_paper(self):
         answer = as_json('graph', MODEL, '--robot', 'quadruped')
         self.assertEqual(list(answer), ['bodies', 'joints', 'mobility'])

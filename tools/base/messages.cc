@@ -20,6 +20,7 @@ bool IsFancyTerminal(int fd) {
   // A dumb terminal, such as an editor's shell window, would show the escapes as text.
   const char* term = std::getenv("TERM");
   const char* no_color = std::getenv("NO_COLOR");
+  if (fd == STDERR_FILENO && HeldSaying::Any()) return false;
   return isatty(fd) == 1 && (no_color == nullptr || *no_color == '\0') && term != nullptr &&
          std::strcmp(term, "dumb") != 0;
 }

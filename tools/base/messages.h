@@ -15,7 +15,8 @@ inline constexpr int kNo = 1;        ///< The answer is no: differs, a check fai
 inline constexpr int kUnusable = 2;  ///< Input or options cannot be used.
 inline constexpr int kFailed = 3;    ///< A process failed at run time.
 
-/// True if `fd` is a terminal and the user has not asked for plain output (NO_COLOR, TERM=dumb).
+/// True if `fd` is a terminal and the user has not asked for plain output (NO_COLOR, TERM=dumb). No
+/// terminal is what this thread says while it is kept (HeldSaying).
 bool IsFancyTerminal(int fd);
 
 /// Prints `morphbus: error: message` on stderr and returns kUnusable.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "compiler/model/loop_constraints.h"
+#include "compiler/model/pose_numbers.h"
 
 namespace morphbus::tools {
 
@@ -46,11 +47,8 @@ Result<int> FindModule(const model::Robot& robot, const std::string& name) {
 }
 
 Json PoseJson(const model::Pose& X) {
-  // q and -q are one rotation: the one with w >= 0 stands for both, so that texts can be compared.
-  Eigen::Quaterniond q(X.linear());
-  if (q.w() < 0) q.coeffs() = -q.coeffs();
-  return Json{{"p", VectorJson(X.translation())},
-              {"q", Json::array({Plain(q.w()), Plain(q.x()), Plain(q.y()), Plain(q.z())})}};
+  const model::PoseNumbers numbers = model::NumbersOf(X);
+  return Json{{"p", numbers.position}, {"q", numbers.rotation}};
 }
 
 Json VectorJson(const Eigen::Vector3d& v) {

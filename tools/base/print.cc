@@ -13,6 +13,9 @@ int g_result_error = 0;
 /// Whether a line of ShowPassing stands on the terminal.
 bool g_passing = false;
 
+/// Who keeps what this thread says; null: nobody.
+thread_local HeldSaying* t_held = nullptr;
+
 /// \r goes to the beginning of the line, and \033[K clears it.
 constexpr std::string_view kClearLine = "\r\033[K";
 
@@ -34,7 +37,15 @@ void PrintText(std::string_view text) {
   }
 }
 
+HeldSaying::HeldSaying() : outer_(t_held) { t_held = this; }
+HeldSaying::~HeldSaying() { t_held = outer_; }
+bool HeldSaying::Any() { return t_held != nullptr; }
+
 void SayText(std::string_view text) {
+  if (t_held != nullptr) {
+    t_held->text_ += text;
+    return;
+  }
   ShowPassing("");
   WriteError(text);
 }

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -26,6 +27,25 @@ template <typename... T>
 void Say(fmt::format_string<T...> format, T&&... arguments) {
   SayText(fmt::format(format, std::forward<T>(arguments)...));
 }
+
+/// While it lives, what its thread would write to stderr is kept instead: for libraries, whose
+/// errors are exceptions. The last one that was made counts.
+class HeldSaying {
+ public:
+  HeldSaying();
+  ~HeldSaying();
+  HeldSaying(const HeldSaying&) = delete;
+  HeldSaying& operator=(const HeldSaying&) = delete;
+  /// What has been said so far.
+  [[nodiscard]] const std::string& text() const { return text_; }
+  /// Whether there is one in this thread.
+  [[nodiscard]] static bool Any();
+
+ private:
+  friend void SayText(std::string_view text);
+  std::string text_;
+  HeldSaying* outer_;
+};
 
 /// A line on stderr that the next thing printed, on either stream, takes away: progress. Only for a
 /// terminal that can redraw a line (IsFancyTerminal). Empty: just takes away what stands there.

@@ -7,11 +7,10 @@
 #include <map>
 
 #include "compiler/base/text.h"
-#include "logger/compare/kinematic_tracks.h"
 #include "logger/log/log_bytes.h"
 #include "logger/log/run_log.h"
-#include "logger/show/animation.h"
 #include "logger/show/drawing.h"
+#include "logger/show/log_pictures.h"
 #include "logger/show/robot_scenes.h"
 #include "sim/rigid_body_model.h"
 #include "tools/base/lent_description.h"
@@ -21,9 +20,6 @@
 
 namespace morphbus::tools {
 namespace {
-
-/// Far beyond any log, and its microseconds still fit an integer.
-constexpr double kLongestLogSeconds = 1e9;
 
 /// The options of `morphbus draw`.
 struct DrawOptions {
@@ -106,175 +102,35 @@ int DrawModel(const DrawOptions& options, const std::vector<logger::View>& views
   return Write(scene, robot->name, views, {}, options.output);
 }
 
-/// The part of a log that is drawn: its samples of WORLD from --from to --to.
-struct Stretch {
-  /// It stays where it is, for the poses refer to it.
-  std::unique_ptr<const logger::RunLog> log;
-  std::unique_ptr<const logger::SimulatedPoses> poses;
-  RoleColors colors;
-  int64_t begin_us = 0;
-  int64_t end_us = 0;
-
-  [[nodiscard]] logger::Scene SceneAt(int64_t time_us) const {
-    return logger::SceneAt(*log, *poses, logger::WorldAt(*log, time_us), colors);
-  }
-};
-
-/// Microseconds of a sim time on the command line; what lies beyond all logs is cut so that it fits
-/// an integer.
-int64_t TimeOf(double seconds) {
-  return static_cast<int64_t>(std::llround(std::min(seconds, kLongestLogSeconds) * 1e6));
-}
-
-/// Loads the log; says why it cannot be drawn.
-std::optional<Stretch> LoadStretch(const DrawOptions& options) {
-  Result<logger::RunLog> log = LoadLog(options.file, {options.run, true}, options.description);
-  if (!log) return Refuse(log.error().message);
-  if (log->robot == nullptr) {
-    return Refuse(options.file +
-                  ": the log does not hold the robot's model (--description lends it one)");
-  }
-  if (log->world.empty()) return Refuse(options.file + ": the log holds no simulated poses");
-  Stretch stretch;
-  // SimulatedPoses refers to the log, which therefore must not move when the stretch does.
-  stretch.log = std::make_unique<const logger::RunLog>(std::move(*log));
-  stretch.poses = std::make_unique<const logger::SimulatedPoses>(*stretch.log);
-  stretch.colors = logger::ColorsOf({stretch.log.get()});
-  const int64_t last_us = stretch.log->world.back().time_us;
-  // Cut to what the log holds, so that a range may be wider than it.
-  stretch.begin_us = std::max(TimeOf(options.from), stretch.log->world.front().time_us);
-  stretch.end_us = options.to ? std::min(TimeOf(*options.to), last_us) : last_us;
-  if (stretch.begin_us > stretch.end_us) {
-    return Refuse(
-        fmt::format("--from {}: the log ends at {:.2f} s", options.from, Seconds(last_us)));
-  }
-  return stretch;
-}
-
-/// The robot as WORLD had it at or last before --at, modules coloured by role.
-int DrawMoment(const DrawOptions& options, const std::vector<logger::View>& views) {
-  const std::optional<Stretch> stretch = LoadStretch(options);
-  if (!stretch) return kUnusable;
-  const logger::RunLog& log = *stretch->log;
-  const int64_t time_us = log.world[logger::WorldAt(log, TimeOf(*options.at))].time_us;
-  const double shown_s = Seconds(time_us);
-  // Up to a second beyond the end is the end: people round times.
-  if (*options.at > shown_s + 1.0) {
-    return Unusable(fmt::format("--at {}: the log ends at {:.2f} s", *options.at, shown_s));
-  }
-  // A role keeps its colour whatever modules play it.
-  return Write(stretch->SceneAt(time_us), fmt::format("{} at {:.2f} s", log.robot->name, shown_s),
-               views, logger::RoleLegend(stretch->colors, logger::RolesAt(log, time_us)),
-               options.output);
-}
-
-/// Gives all panels the size of the largest, each with its own middle, so that they are of one
-/// size.
-void MakeAlike(std::vector<logger::Panel>* panels) {
-  Eigen::Vector2d size = Eigen::Vector2d::Zero();
-  for (logger::Panel& panel : *panels) {
-    panel.extent = logger::ExtentOf(panel);
-    size = size.cwiseMax(panel.extent->sizes());
-  }
-  for (logger::Panel& panel : *panels) {
-    const Eigen::Vector2d middle = panel.extent->center();
-    panel.extent = Eigen::AlignedBox2d(middle - size / 2, middle + size / 2);
-  }
-}
-
-/// The robot at --strip moments, evenly spread, beside each other; a row for each view.
-int DrawStrip(const DrawOptions& options, const std::vector<logger::View>& views) {
-  const std::optional<Stretch> stretch = LoadStretch(options);
-  if (!stretch) return kUnusable;
-  logger::Drawing drawing;
-  drawing.columns = options.strip;
-  // The strip is some 1500 pixels wide, unless panels would be too small or too large to be looked
-  // at.
-  drawing.panel_width_px = std::clamp(1500.0 / options.strip, 180.0, 760.0);
-  std::vector<std::string> roles;
-  for (const logger::View view : views) {
-    std::vector<logger::Panel> row;
-    for (int i = 0; i < options.strip; ++i) {
-      // The first moment is at the beginning and the last one at the end.
-      const int64_t span = stretch->end_us - stretch->begin_us;
-      const int64_t time_us = options.strip == 1
-                                  ? stretch->begin_us
-                                  : stretch->begin_us + span * i / (options.strip - 1);
-      logger::Panel panel{stretch->SceneAt(time_us), view,
-                          fmt::format("{:.2f} s", Seconds(time_us))};
-      // Small panels have no room for names: the legend tells the roles.
-      panel.scene.names.clear();
-      row.push_back(std::move(panel));
-      for (const std::string& role : logger::RolesAt(*stretch->log, time_us)) roles.push_back(role);
-    }
-    // Each row for itself: views of one robot differ in size.
-    MakeAlike(&row);
-    drawing.panels.insert(drawing.panels.end(), row.begin(), row.end());
-  }
-  drawing.title = stretch->log->robot->name;
-  drawing.legend = logger::RoleLegend(stretch->colors, roles);
-  return WriteDrawing(drawing, options.output);
-}
-
-/// The robot in motion, --fps pictures a second of sim time, as animated WebP. The camera goes with
-/// the robot; the ground shows where it goes.
-int DrawVideo(const DrawOptions& options, const std::vector<logger::View>& views,
-              WorkProgress* progress) {
-  const std::optional<Stretch> stretch = LoadStretch(options);
-  if (!stretch) return kUnusable;
-  // All frames first get their scenes, because the largest decides the size of all.
-  std::vector<std::vector<logger::Panel>> rows(views.size());
-  std::vector<int64_t> times;
-  for (int64_t t = stretch->begin_us; t <= stretch->end_us;) {
-    times.push_back(t);
-    // Each from the beginning, so that fractions of a microsecond do not add up.
-    t = stretch->begin_us + static_cast<int64_t>(times.size()) * 1'000'000 / options.fps;
-  }
-  for (size_t v = 0; v < views.size(); ++v) {
-    for (const int64_t time_us : times) {
-      logger::Panel panel{stretch->SceneAt(time_us), views[v], ""};
-      panel.scene.names.clear();
-      rows[v].push_back(std::move(panel));
-    }
-    MakeAlike(&rows[v]);
-  }
-  std::unique_ptr<logger::Animation> animation;
-  for (size_t i = 0; i < times.size(); ++i) {
-    progress->Show(options.output, static_cast<double>(i) / static_cast<double>(times.size()));
-    logger::Drawing drawing;
-    drawing.panel_width_px = 640;
-    drawing.columns = static_cast<int>(views.size());
-    drawing.title = fmt::format("{}, {:.2f} s", stretch->log->robot->name, Seconds(times[i]));
-    for (auto& row : rows) drawing.panels.push_back(row[i]);
-    // The same roles in all frames, so that these are of one size.
-    drawing.legend = logger::RoleLegend(stretch->colors, logger::RolesIn(*stretch->log));
-    const Result<logger::Raster> frame = logger::RenderRaster(drawing, 1.0);
-    if (!frame) return Unusable(frame.error().message);
-    // The size is known once the first frame is drawn.
-    if (!animation) {
-      auto created = logger::Animation::Create(frame->width, frame->height);
-      if (!created) return Unusable(created.error().message);
-      animation = std::move(*created);
-    }
-    // WebP counts in whole milliseconds, of which some frames get one more than others.
-    const auto begin_ms = [&](size_t n) { return static_cast<int>(n * 1000 / options.fps); };
-    const Result<void> added = animation->Add(*frame, begin_ms(i + 1) - begin_ms(i));
-    if (!added) return Unusable(added.error().message);
-  }
-  const Result<std::string> bytes = animation->Finish();
-  if (!bytes) return Unusable(bytes.error().message);
-  const Result<void> written = WriteFile(options.output, *bytes);
-  return written ? kDone : Unusable(written.error().message);
-}
-
 /// Draws from a log: one moment, a strip of moments, or all as a moving picture.
 int DrawLog(const DrawOptions& options, const std::vector<logger::View>& views) {
   WorkProgress progress;
   // Whether the picture can be written is found out before the log is read, which takes longer.
   if (!MayWrite(options.output, KindOf(options.output), options.force, {options.file}))
     return kUnusable;
-  if (options.at) return DrawMoment(options, views);
-  return options.video ? DrawVideo(options, views, &progress) : DrawStrip(options, views);
+  const Result<logger::RunLog> log =
+      LoadLog(options.file, {options.run, true}, options.description);
+  if (!log) return Unusable(log.error().message);
+  const auto pictures = logger::LogPictures::Of(*log);
+  if (!pictures) {
+    const char* lend = log->robot == nullptr ? " (--description lends it one)" : "";
+    return Unusable(options.file + ": " + pictures.error().message + lend);
+  }
+  const logger::PictureTimes times = {options.from, options.to};
+  Result<std::string> picture = std::string();
+  if (options.video) {
+    picture = (*pictures)->Video(options.fps, times, views,
+                                 [&](double share) { progress.Show(options.output, share); });
+  } else {
+    picture = (options.at ? (*pictures)->Moment(*options.at, views)
+                          : (*pictures)->Strip(options.strip, times, views))
+                  .and_then([&](const logger::Drawing& drawing) {
+                    return logger::RenderPicture(drawing, options.output);
+                  });
+  }
+  if (!picture) return Unusable(picture.error().message);
+  const Result<void> written = WriteFile(options.output, *picture);
+  return written ? kDone : Unusable(written.error().message);
 }
 
 /// Whether the options ask for something of a log.

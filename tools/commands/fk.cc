@@ -6,6 +6,7 @@
 
 #include "compiler/base/quantity.h"
 #include "compiler/model/forward_kinematics.h"
+#include "compiler/model/jacobian.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 
@@ -17,6 +18,8 @@ struct FkOptions {
   std::string file;
   std::string robot;
   std::vector<std::string> set;
+  /// A link whose Jacobian is printed, too; empty: none.
+  std::string jacobian;
   bool json = false;
 };
 
@@ -61,7 +64,42 @@ Result<void> ApplySetting(const model::Model& model, const model::Robot& robot,
   return {};
 }
 
-/// Sets the raw joint values of --set, computes all link poses, prints them.
+/// The link called `text`, "m1.link_a"; fails for names that the robot lacks.
+Result<model::LinkRef> FindLink(const model::Model& model, const model::Robot& robot,
+                                const std::string& text) {
+  const size_t dot = text.find('.');
+  if (dot == std::string::npos) {
+    return Fail(fmt::format("--jacobian {}: expected module.link, e.g. m1.link_a", text));
+  }
+  const Result<int> module = FindModule(robot, text.substr(0, dot));
+  if (!module) return Fail(fmt::format("--jacobian {}: {}", text, module.error().message));
+  const model::ModuleType& type = model.TypeOf(robot, *module);
+  const std::string name = text.substr(dot + 1);
+  if (const std::optional<int> link = type.FindLink(name)) return model::LinkRef{*module, *link};
+  const std::vector<std::string> names = NamesOf(type.links);
+  return Fail(fmt::format("--jacobian {}: module {} has no link '{}'{}; it has {}", text, type.name,
+                          name, DidYouMean(name, names), fmt::join(names, ", ")));
+}
+
+/// The Jacobian of a link: a column by the name of each joint.
+Json JacobianJson(const model::Model& model, const model::Robot& robot, const model::JointValues& q,
+                  const model::LinkRef& link) {
+  const auto jacobian = model::Jacobian(model, robot, q, link.module, link.link);
+  Json::object_t columns;
+  int column = 0;
+  for (size_t m = 0; m < robot.modules.size(); ++m) {
+    for (const model::Joint& joint : model.TypeOf(robot, static_cast<int>(m)).joints) {
+      Json& values =
+          columns.emplace_back(robot.modules[m].name + "." + joint.name, Json::array()).second;
+      for (const double value : jacobian.col(column)) values.push_back(value == 0.0 ? 0.0 : value);
+      ++column;
+    }
+  }
+  return columns;
+}
+
+/// Sets the raw joint values of --set, computes all link poses and the Jacobian that was asked for,
+/// prints them.
 int Fk(const FkOptions& options) {
   const std::optional<model::Model> model = LoadModel({options.file});
   if (!model) return kUnusable;
@@ -73,6 +111,12 @@ int Fk(const FkOptions& options) {
     if (Result<void> r = ApplySetting(*model, *robot, setting, &q); !r) {
       return Unusable(r.error().message);
     }
+  }
+  Json jacobian;
+  if (!options.jacobian.empty()) {
+    const Result<model::LinkRef> link = FindLink(*model, *robot, options.jacobian);
+    if (!link) return Unusable(link.error().message);
+    jacobian = JacobianJson(*model, *robot, q, *link);
   }
   const model::KinematicState state = model::ForwardKinematics(*model, *robot, q);
   // Poses by "module.link", in the order of the robot's modules and of each type's links.
@@ -87,10 +131,12 @@ int Fk(const FkOptions& options) {
   }
   // Closure is the largest gap at which loops of connections do not meet at these values.
   if (options.json) {
-    PrintJson({{"robot", robot->name},
-               {"links", links},
-               {"closure_m", state.closure_m},
-               {"closure_rad", state.closure_rad}});
+    Json json = {{"robot", robot->name},
+                 {"links", links},
+                 {"closure_m", state.closure_m},
+                 {"closure_rad", state.closure_rad}};
+    if (!jacobian.is_null()) json["jacobian"] = {{"link", options.jacobian}, {"joints", jacobian}};
+    PrintJson(json);
     return kDone;
   }
   Print("robot {}: poses of the link frames in the robot frame (north, up, east)\n", robot->name);
@@ -102,6 +148,16 @@ int Fk(const FkOptions& options) {
   }
   Print("largest gap of a loop: {:.3g} m, {:.3g} degrees\n", state.closure_m,
         state.closure_rad * 180.0 / EIGEN_PI);
+  if (jacobian.is_null()) return kDone;
+  Print(
+      "\n{}: how fast its frame moves when one joint moves by 1 rad/s, or 1 m/s\n{:<24} {:>27}   "
+      "{}\n",
+      options.jacobian, "joint", "velocity (m/s)", "angular velocity (rad/s)");
+  for (const auto& [name, column] : jacobian.items()) {
+    const std::vector<double> values = Numbers(column);
+    Print("{:<24} {:9.5f}   {:8.5f}\n", name, fmt::join(values.begin(), values.begin() + 3, ""),
+          fmt::join(values.begin() + 3, values.end(), " "));
+  }
   return kDone;
 }
 
@@ -115,6 +171,8 @@ void AddFk(CommandLine* line) {
   sub.Add("--set", &options->set, "Raw joint value, rad or m, or e.g. 45deg; may be repeated")
       .TypeName("MODULE.JOINT=VALUE")
       .Repeatable();
+  sub.Add("--jacobian", &options->jacobian, "Also how fast this link moves for each joint's rate")
+      .TypeName("MODULE.LINK");
   sub.Json(&options->json);
   sub.Footer(
       "Example:\n  morphbus fk models/mtran.m3l --robot quadruped --set m1.joint_1=0.3 "

@@ -5,8 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 
 #include "bridge/bus/lcm_url.h"
@@ -37,31 +35,6 @@ std::string LogPath(const RunOptions& options, const std::string& run, int numbe
   return fs::absolute(path).lexically_normal();
 }
 
-/// Why the log cannot be written; empty if it can. Found out before anything starts: the logger
-/// itself would find out when the others wait for it.
-std::string WhyNoLog(const std::string& log) {
-  if (std::filesystem::path(log).filename() == "-") {
-    return "a log is a file, which is read again when the run ends: give it a name";
-  }
-  const std::string folder = std::filesystem::path(log).parent_path();
-  // Both rights are needed to make a file in a folder and to rename it there.
-  if (access(folder.c_str(), W_OK | X_OK) != 0) return std::strerror(errno);
-  // What the log is called in the end, and while it is written.
-  for (const std::string& path : {log, log + ".partial"}) {
-    std::error_code unknown;
-    const std::filesystem::file_status status = std::filesystem::status(path, unknown);
-    if (unknown == std::errc::filename_too_long) {
-      return fmt::format("its name is too long for {}, as it is called while it is written",
-                         std::filesystem::path(log + ".partial").filename().string());
-    }
-    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-      return path + (std::filesystem::is_directory(status) ? " is a folder" : " is no file") +
-             "; --log takes the name of a file";
-    }
-  }
-  return "";
-}
-
 /// Where this run is recorded: in a log, or in memory. Empty, after saying why, if it cannot be.
 std::optional<RunRecord> RecordOf(const RunOptions& options, const std::string& run, int number) {
   if (options.no_log) {
@@ -70,14 +43,9 @@ std::optional<RunRecord> RecordOf(const RunOptions& options, const std::string& 
     return std::move(*memory);
   }
   const std::string log = LogPath(options, run, number);
-  if (const std::string why = WhyNoLog(log); !why.empty()) {
-    return Refuse(fmt::format("cannot write {}: {}", log, why));
-  }
-  if (!MayWriteLog(log, options.force,
-                   {options.model_file, options.program_file, options.commands, options.faults})) {
-    return std::nullopt;
-  }
-  return log;
+  return RunRecord::ToLog(
+      log, options.force,
+      {options.model_file, options.program_file, options.commands, options.faults});
 }
 
 /// One run. Returns its summary; nothing if it could not even begin (said on stderr).

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "compiler/base/result.h"
 #include "tools/base/descriptor.h"
@@ -15,6 +17,11 @@ class RunRecord {
   /// A log of this path, which has the name PATH.partial while it is written. Nothing is opened.
   // NOLINTNEXTLINE(google-explicit-constructor): a path is meant wherever one is given.
   RunRecord(std::string path) : path_(std::move(path)) {}
+  /// The same, and whether it can be written is found out before anything starts. Empty, after
+  /// saying why, if it cannot, or would take the place of one of `inputs` or, without `force`, of a
+  /// file that is no log. `path` is absolute.
+  static std::optional<RunRecord> ToLog(const std::string& path, bool force,
+                                        const std::vector<std::string>& inputs);
   /// A file without a name, in memory. Fails if the kernel makes none.
   static Result<RunRecord> InMemory();
 

@@ -217,6 +217,7 @@ TypeValues ValuesOfType(const std::string& type, const TypedLine& line) {
       {"MODULE@SECONDS", [](const LineSubject& s) { return With(Modules(s), "@"); }},
       {"MODULE.JOINT=VALUE",
        [](const LineSubject& s) { return With(Parts(s, &model::ModuleType::joints), "="); }},
+      {"MODULE.LINK", [](const LineSubject& s) { return Parts(s, &model::ModuleType::links); }},
       {"MODULE.CONNECTOR",
        [](const LineSubject& s) { return Parts(s, &model::ModuleType::connectors); }},
       {"BODY",

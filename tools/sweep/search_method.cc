@@ -1,6 +1,7 @@
 #include "tools/sweep/search_method.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
 #include <optional>
 #include <pagmo/algorithm.hpp>
@@ -9,6 +10,10 @@
 #include <pagmo/population.hpp>
 #include <pagmo/problem.hpp>
 #include <utility>
+
+/// For pagmo, with which this file is linked (tools/CMakeLists.txt): it counts combinations by libm's
+/// function, whose last bits differ from machine to machine. No search of ours asks it to.
+extern "C" double lgamma(double /*x*/) noexcept { std::abort(); }
 
 namespace morphbus::tools {
 namespace {

@@ -1,7 +1,6 @@
 #include "vm/port/firmware.h"
 
 namespace morphbus::vm {
-
 namespace {
 
 /// Of a frame's body: module and connector that speak.
@@ -58,8 +57,7 @@ void Firmware::Hear(int connector) {
 }
 
 void Firmware::Tick(int64_t time_us) {
-  // Messages from far ahead are not believed, so a module that begins later leaps to its
-  // neighbours.
+  // Messages from far ahead are not believed: a module that begins later leaps to its neighbours.
   input_.tick = lag() > kMaxTickAhead / 2 ? heard_tick_ : input_.tick + 1;
   input_.sim_time_us = time_us;
   for (int j = 0; j < kinematics_.num_joints(); ++j) {

@@ -95,8 +95,7 @@ class Firmware {
   LinkedNeighbour neighbours_[kMaxConnectors];
   FrameReader readers_[kMaxConnectors];
   MessagePool pool_;
-  /// The frame that is sent.
-  uint8_t frame_[kMaxFrameBytes];
+  uint8_t frame_[kMaxFrameBytes];  ///< The frame that is sent.
 };
 
 }  // namespace morphbus::vm

@@ -7,10 +7,12 @@
 #include <array>
 #include <kdl/tree.hpp>
 #include <kdl/treefksolverpos_recursive.hpp>
+#include <kdl/treejnttojacsolver.hpp>
 #include <random>
 #include <string>
 
 #include "compiler/model/forward_kinematics.h"
+#include "compiler/model/jacobian.h"
 #include "test/compiler/solver/known_modules.h"
 
 namespace morphbus::model {
@@ -111,20 +113,18 @@ KDL::Tree BuildKdlTree(const Model& model, const Robot& robot) {
   return tree;
 }
 
-TEST(ForwardKinematics, AgreesWithKdlOnTwoHundredRandomAssemblies) {
-  const Model model = test::MtranModel(0.0325);
-  double worst = 0.0;
-  for (unsigned seed = 0; seed < 200; ++seed) {
-    std::mt19937 random(seed);
-    const Robot robot = RandomTree(model, random);
-    // Copying a tree renumbers its joints depth first, and the solver works on a copy: number
-    // first.
+/// A random assembly at random joint values, for both.
+struct KdlCase {
+  /// Copying a tree renumbers its joints depth first, and the solvers work on a copy: it is
+  /// numbered so before the values are entered.
+  KdlCase(const Model& model, unsigned seed) : random(seed), robot(RandomTree(model, random)) {
     const KDL::Tree built = BuildKdlTree(model, robot);
-    const KDL::Tree tree(built);  // NOLINT(performance-unnecessary-copy-initialization)
-    ASSERT_EQ(tree.getNrOfJoints(), 2 * robot.modules.size());
+    tree = KDL::Tree(built);
+    EXPECT_EQ(tree.getNrOfJoints(), 2 * robot.modules.size());
     std::uniform_real_distribution<double> angle(-M_PI / 2, M_PI / 2);
-    JointValues q = StartValues(robot);
-    KDL::JntArray kdl_q(tree.getNrOfJoints());
+    q = StartValues(robot);
+    kdl_q = KDL::JntArray(tree.getNrOfJoints());
+    column_of.resize(tree.getNrOfJoints());
     for (const auto& [name, element] : tree.getSegments()) {
       const std::string joint = GetTreeElementSegment(element).getJoint().getName();
       if (joint[0] != 'j') continue;
@@ -132,14 +132,31 @@ TEST(ForwardKinematics, AgreesWithKdlOnTwoHundredRandomAssemblies) {
       const int m = std::stoi(joint.substr(1, slash - 1));
       const int j = std::stoi(joint.substr(slash + 1));
       q[m][j] = kdl_q(GetTreeElementQNr(element)) = angle(random);
+      column_of[GetTreeElementQNr(element)] = 2 * m + j;
     }
-    const KinematicState state = ForwardKinematics(model, robot, q);
-    KDL::TreeFkSolverPos_recursive solver(tree);
-    for (size_t m = 0; m < robot.modules.size(); ++m) {
+  }
+
+  std::mt19937 random;
+  Robot robot;
+  KDL::Tree tree;
+  JointValues q;
+  KDL::JntArray kdl_q;
+  /// By KDL's number of a joint: the place of ours among the joints of all modules.
+  std::vector<int> column_of;
+};
+
+TEST(ForwardKinematics, AgreesWithKdlOnTwoHundredRandomAssemblies) {
+  const Model model = test::MtranModel(0.0325);
+  double worst = 0.0;
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    const KdlCase random(model, seed);
+    const KinematicState state = ForwardKinematics(model, random.robot, random.q);
+    KDL::TreeFkSolverPos_recursive solver(random.tree);
+    for (size_t m = 0; m < random.robot.modules.size(); ++m) {
       for (size_t l = 0; l < 3; ++l) {
         KDL::Frame expected;
         const std::string name = LinkName(static_cast<int>(m), static_cast<int>(l));
-        ASSERT_EQ(solver.JntToCart(kdl_q, expected, name), 0);
+        ASSERT_EQ(solver.JntToCart(random.kdl_q, expected, name), 0);
         const KDL::Frame actual = ToKdl(state.X_RL[m][l]);
         const KDL::Twist error = KDL::diff(expected, actual);
         worst = std::max({worst, error.vel.Norm(), error.rot.Norm()});
@@ -147,6 +164,25 @@ TEST(ForwardKinematics, AgreesWithKdlOnTwoHundredRandomAssemblies) {
     }
     ASSERT_LT(worst, 1e-9) << "seed " << seed;
     EXPECT_EQ(state.num_loops, 0);
+  }
+}
+
+TEST(Jacobian, AgreesWithKdlOnTwoHundredRandomAssemblies) {
+  const Model model = test::MtranModel(0.0325);
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    const KdlCase random(model, seed);
+    KDL::TreeJntToJacSolver solver(random.tree);
+    for (int m = 0; m < static_cast<int>(random.robot.modules.size()); ++m) {
+      for (int l = 0; l < 3; ++l) {
+        KDL::Jacobian expected(random.tree.getNrOfJoints());
+        ASSERT_EQ(solver.JntToJac(random.kdl_q, expected, LinkName(m, l)), 0);
+        const auto actual = Jacobian(model, random.robot, random.q, m, l);
+        for (unsigned c = 0; c < expected.columns(); ++c) {
+          ASSERT_LT((expected.data.col(c) - actual.col(random.column_of[c])).norm(), 1e-9)
+              << "seed " << seed << ", " << LinkName(m, l);
+        }
+      }
+    }
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "compiler/model/jacobian.h"
 #include "compiler/model/kinematic_graph.h"
 #include "compiler/model/kinematic_tree.h"
 #include "compiler/model/loop_constraints.h"
@@ -173,6 +174,35 @@ TEST(KinematicTree, AgreesWithJointMotionForEveryKindOfJoint) {
     for (int l = 0; l < 5; ++l) {
       const Pose expected = robot.X_LR.inverse() * direct[l];
       EXPECT_LT((state.X_RL[0][l].matrix() - expected.matrix()).norm(), 1e-12);
+    }
+  }
+}
+
+TEST(Jacobian, IsTheDerivativeOfForwardKinematicsForEveryKindOfJoint) {
+  Model model;
+  model.module_types = {OddModule()};
+  Robot robot;
+  robot.modules = {{"m1", 0, {0, 0, 0, 0}}};
+  robot.X_LR = Pose(Eigen::Translation3d(1, 2, 3)) * Eigen::AngleAxisd(0.4, Vector3d::UnitY());
+  const JointValues q = {{0.3, -0.8, 1.1, 0.0}};
+  constexpr double kStep = 1e-6;
+  for (int root = 0; root < 5; ++root) {
+    robot.root_link = root;
+    const KinematicState at = ForwardKinematics(model, robot, q);
+    for (int l = 0; l < 5; ++l) {
+      const auto jacobian = Jacobian(model, robot, q, 0, l);
+      ASSERT_EQ(jacobian.cols(), 4);
+      for (int j = 0; j < 4; ++j) {
+        JointValues moved = q;
+        moved[0][j] += kStep;
+        const Pose& X_0 = at.X_RL[0][l];
+        const Pose X_1 = ForwardKinematics(model, robot, moved).X_RL[0][l];
+        const Eigen::AngleAxisd turn(Eigen::Matrix3d(X_1.linear() * X_0.linear().transpose()));
+        const Vector3d velocity = (X_1.translation() - X_0.translation()) / kStep;
+        const Vector3d angular = turn.angle() * turn.axis() / kStep;
+        EXPECT_LT((jacobian.col(j).head<3>() - velocity).norm(), 1e-5) << root << " " << l << j;
+        EXPECT_LT((jacobian.col(j).tail<3>() - angular).norm(), 1e-5) << root << " " << l << j;
+      }
     }
   }
 }
