@@ -11,8 +11,8 @@
 #include <pagmo/problem.hpp>
 #include <utility>
 
-/// For pagmo, with which this file is linked (tools/CMakeLists.txt): it counts combinations by libm's
-/// function, whose last bits differ from machine to machine. No search of ours asks it to.
+/// For pagmo, with which this file is linked (tools/CMakeLists.txt): it counts combinations by
+/// libm's function, whose last bits differ from machine to machine. No search of ours asks it to.
 extern "C" double lgamma(double /*x*/) noexcept { std::abort(); }
 
 namespace morphbus::tools {
