@@ -113,6 +113,9 @@ endfunction()
 # A program under the sanitizers takes a tenth of a second to start and to end, and there are thousands of test cases.
 option(MORPHBUS_TESTS_BY_CASE "Each test case is started alone, as an entry of ctest; else each test program is" ON)
 
+# What is labelled slow is not run under sanitizers, and need not be built there.
+option(MORPHBUS_SLOW_SANITIZED "Build the tests that are labelled slow under sanitizers, too" OFF)
+
 # morphbus_test(NAME SOURCES a.cc ... DEPS lib ... [LABELS fast|net|slow] [PRIVATE_NETWORK] [SHARDS n]): one
 # GoogleTest program; a ctest entry a test case, or one for each of its SHARDS (MORPHBUS_TESTS_BY_CASE). If it speaks over LCM
 # each case has a network of its own. Those labelled slow compute much (all of a space, an accuracy, another engine's results) and
@@ -129,6 +132,9 @@ function(morphbus_test name)
   morphbus_use_precompiled(${name} morphbus_pch_test)
   if("slow" IN_LIST ARG_LABELS)
     add_dependencies(end_to_end ${name})
+    if(MORPHBUS_SANITIZE AND NOT MORPHBUS_SLOW_SANITIZED AND NOT ARG_PRIVATE_NETWORK)
+      set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL TRUE)
+    endif()
   endif()
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 600)

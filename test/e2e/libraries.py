@@ -109,12 +109,13 @@ class Installed(unittest.TestCase):
         source.write_text('#include <morphbus/m3l/m3l.h>\n#include <morphbus/run/run.h>\n#include <cstdio>\n'
                           'int main(int, char** argv) {\n  const morphbus::Model model = morphbus::CompileM3l(argv[1]);\n'
                           '  morphbus::Run run(model.robot("quadruped"), morphbus::CompileDynaRole(argv[2], model), {.seconds = 4});\n'
-                          '  while (!run.over()) run.Step(9);\n  std::puts(run.Close().hash.c_str());\n}\n')
+                          '  while (!run.over()) run.Step(9);\n  std::puts(run.Close().hash.c_str());\n'
+                          '  std::puts(morphbus::ArithmeticFingerprint().c_str());\n}\n')
         run('g++', '-std=c++20', source, '-o', self.folder / 'steps', '-I', self.include, '-L', self.lib, '-lmorphbus-run', '-lmorphbus-m3l',
             '-lmorphbus-dynarole', '-lmorphbus-model', f'-Wl,-rpath-link,{self.lib}')
-        printed = run(self.folder / 'steps', MODEL, PROGRAM, env={**os.environ, 'LD_LIBRARY_PATH': str(self.lib)}).stdout.strip()
+        printed = run(self.folder / 'steps', MODEL, PROGRAM, env={**os.environ, 'LD_LIBRARY_PATH': str(self.lib)}).stdout.split()
         ran = as_json('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--no-log', '--seconds', 4)
-        self.assertEqual(printed, ran['hash'])
+        self.assertEqual(printed, [ran['hash'], ran['arithmetic']])
 
     def test_pkg_config_finds_them(self):
         environment = {**os.environ, 'PKG_CONFIG_PATH': str(self.lib / 'pkgconfig')}

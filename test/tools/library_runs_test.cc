@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <morphbus/compare/compare.h>
 #include <morphbus/m3l/m3l.h>
-#include <morphbus/run/run.h>
+#include <morphbus/run/batch.h>
 #include <morphbus/view/view.h>
 #include <morphbus/vm/virtual_machine.h>
 
@@ -65,6 +65,35 @@ TEST_F(RunLibrary, TheStepsOfARunDoNotChangeIt) {
   RunOptions noisy;
   noisy.loss = 0.2;
   EXPECT_EQ(HashInSteps(10, noisy), whole) << "what is lost is sent again";
+}
+
+TEST_F(RunLibrary, ABatchHasTheSameRunsForAnyNumberOfThreads) {
+  // Three robots, of which two are alike, and two programs.
+  const Program careful =
+      CompileDynaRole(test::SourcePath("models/programs/quadruped_careful.dyn"), model);
+  const auto hashes = [&](int threads) {
+    std::vector<morphbus::Run> runs;
+    runs.emplace_back(robot, program, RunOptions{.seconds = 1});
+    runs.emplace_back(model.robot("equivalent_quadruped"), program, RunOptions{.seconds = 2});
+    runs.emplace_back(robot, careful, RunOptions{.seconds = 1.5});
+    runs.emplace_back(robot, program, RunOptions{.seconds = 1});
+    std::vector<morphbus::Run*> all;
+    for (morphbus::Run& run : runs) all.push_back(&run);
+    Batch batch(std::move(all), threads);
+    while (!batch.over()) batch.Step(10);
+    std::vector<std::string> found;
+    for (const RunResult& result : batch.Close()) found.push_back(result.hash);
+    return found;
+  };
+  const std::vector<std::string> alone = hashes(1);
+  EXPECT_EQ(alone[0], alone[3]);
+  EXPECT_NE(alone[0], alone[2]);
+  EXPECT_EQ(hashes(3), alone);
+  EXPECT_EQ(hashes(0), alone);
+  morphbus::Run one(robot, program);
+  Batch batch({&one});
+  one.Command("push m11 up 5");
+  EXPECT_NE(WhyThrown([&] { batch.Step(2); }).find("m11"), std::string::npos);
 }
 
 TEST_F(RunLibrary, HasTheHashOfTheCommandLine) {

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "bridge/lockstep/participant.h"
+#include "sim/arithmetic.h"
 #include "tools/base/print.h"
 #include "tools/launch/inproc_run.h"
 #include "tools/libraries/model_content.h"
@@ -253,6 +254,8 @@ class MORPHBUS_HIDDEN Run::Content {
   tools::RunOutcome outcome_;
   std::optional<RunResult> result_;
 };
+
+std::string ArithmeticFingerprint() { return sim::ArithmeticFingerprint(); }
 
 Run::Run(const Robot& robot, const Program& program, const RunOptions& options)
     : content_(std::make_unique<Content>(robot, program, options)) {}

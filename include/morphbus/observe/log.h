@@ -63,7 +63,7 @@ struct LogOptions {
 class MORPHBUS_EXPORT Log {
  public:
   /// Reads a log, compressed or not. Throws Failure if the file cannot be read at all, or holds no
-  /// run of that name. Takes memory in proportion to the run: some 70 bytes a joint and tick.
+  /// run of that name. Takes memory in proportion to the run.
   static Log Open(const std::string& path, const LogOptions& options = {});
 
   /// The run's name, and its hash: 32 hexadecimal digits that two runs have in common if the same

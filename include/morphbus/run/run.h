@@ -81,6 +81,11 @@ struct RunResult {
   std::string log;
 };
 
+/// The fingerprint of all arithmetic that can reach a run (docs/arithmetic.md), 16 hexadecimal digits:
+/// two programs with one fingerprint give a run one hash. It is that of `morphbus run` unless the
+/// process found functions of C elsewhere before it came to this library.
+MORPHBUS_EXPORT std::string ArithmeticFingerprint();
+
 /// A run that goes on as its owner says.
 class MORPHBUS_EXPORT Run {
  public:
