@@ -1,7 +1,8 @@
 # The libraries for other people's programs: shared, with the symbols of their headers and no others.
 option(MORPHBUS_LIBRARIES "Build and install the libraries for other people's programs" OFF)
-# Goes up with every release in which a program that was linked with the last one may not run any more.
-set(MORPHBUS_ABI_VERSION 0)
+# At the end of their names: programs that were linked with another one do not start. Before 1.0 it is that of every release, for the
+# libraries know each other's insides.
+set(MORPHBUS_ABI_VERSION ${PROJECT_VERSION})
 if(MORPHBUS_LIBRARIES)
   # One compilation for programs and libraries; CMAKE_POSITION_INDEPENDENT_CODE would have two, and a set of precompiled headers
   # for each. Nobody puts a function of ours in the place of another one, so calls may be inlined as they are in programs.

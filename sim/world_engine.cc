@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "compiler/model/link_mass.h"
 #include "sim/bullet_math.h"
@@ -105,10 +106,13 @@ World::Engine::~Engine() {
 
 void World::Engine::Configure(const WorldOptions& options) {
   // The margin and the callbacks for compound shapes are global in Bullet; every world of this
-  // program sets the same ones.
-  gDbvtMargin = kBroadphaseMargin;
-  gCompoundChildShapePairCallback = PartsMayCollide;
-  gCompoundCompoundChildShapePairCallback = PartsMayCollide;
+  // program has the same ones.
+  static std::once_flag set;
+  std::call_once(set, [] {
+    gDbvtMargin = kBroadphaseMargin;
+    gCompoundChildShapePairCallback = PartsMayCollide;
+    gCompoundCompoundChildShapePairCallback = PartsMayCollide;
+  });
   broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
   dynamics.setGravity(btVector3(0.0, options.gravity ? -model::kGravity : 0.0, 0.0));
   // Pairs in a fixed order and all bodies in one island: the solver's sweep must not depend on

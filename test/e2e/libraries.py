@@ -102,6 +102,7 @@ class Installed(unittest.TestCase):
         header, *rows = [line.split(',') for line in (tables / 'joints.csv').read_text().splitlines()]
         most = {joint: max(abs(float(row[header.index(f'{joint}.position [rad]')])) for row in rows) for joint in ('m1.joint_1', 'm2.joint_1')}
         self.assertAlmostEqual(most['m1.joint_1'], 0.52, delta=0.02)
+        self.assertGreater(most['m2.joint_1'], 0.1)
 
     def test_a_run_has_the_hash_of_the_command_line(self):
         """Also where the engine finds the functions of C that the library shows."""

@@ -92,8 +92,7 @@ TEST_F(RunLibrary, ABatchHasTheSameRunsForAnyNumberOfThreads) {
   EXPECT_EQ(hashes(0), alone);
   morphbus::Run one(robot, program);
   Batch batch({&one});
-  one.Command("push m11 up 5");
-  EXPECT_NE(WhyThrown([&] { batch.Step(2); }).find("m11"), std::string::npos);
+  EXPECT_EQ(WhyThrown([&] { batch.Step(-1); }), "a run does not go back");
 }
 
 TEST_F(RunLibrary, HasTheHashOfTheCommandLine) {
@@ -104,6 +103,25 @@ TEST_F(RunLibrary, HasTheHashOfTheCommandLine) {
   morphbus::Run run(robot, program, options);
   run.Step(logger::kWalkTicks);
   EXPECT_EQ(run.Close().hash, logger::walk->log->facts.run_hash);
+}
+
+TEST_F(RunLibrary, GoesOnInAnotherThreadThanItBeganIn) {
+  std::unique_ptr<morphbus::Run> run;
+  std::thread([&] { run = std::make_unique<morphbus::Run>(robot, program); }).join();
+  run->Step(50);
+  morphbus::Run whole(robot, program);
+  whole.Step(50);
+  EXPECT_EQ(run->Close().hash, whole.Close().hash);
+}
+
+TEST_F(RunLibrary, TheLastObservationIsOfOneMoment) {
+  morphbus::Run short_run(robot, program, {.seconds = 1});
+  short_run.Step(INT64_MAX);
+  ASSERT_TRUE(short_run.over());
+  morphbus::Run longer(robot, program);
+  longer.Step(short_run.Observe().tick);
+  EXPECT_EQ(short_run.Observe().position, longer.Observe().position);
+  EXPECT_EQ(short_run.Observe().X_WL, longer.Observe().X_WL);
 }
 
 TEST_F(RunLibrary, ShowsWhatTheRobotDoes) {
@@ -137,6 +155,10 @@ TEST_F(RunLibrary, DrivesJointsUntilTheyAreReleased) {
   EXPECT_GT(std::abs(run.Observe().position[joint] - 0.4), 1e-3);
   EXPECT_NE(WhyThrown([&] { run.Drive(joint, 4); }), "");
   EXPECT_NE(WhyThrown([&] { run.Drive(99, 0); }), "");
+  EXPECT_NE(WhyThrown([&] { run.Drive(joint, NAN); }), "");
+  EXPECT_NE(WhyThrown([&] { run.Drive(joint, 0.1, INFINITY); }), "");
+  run.Close();
+  EXPECT_NE(WhyThrown([&] { run.Drive(joint, 0.1); }), "");
 }
 
 TEST_F(RunLibrary, TakesCommandsAndSaysWhyItRefusesOthers) {
@@ -146,7 +168,9 @@ TEST_F(RunLibrary, TakesCommandsAndSaysWhyItRefusesOthers) {
   run.Command("lose m1");
   run.Step(10);
   EXPECT_NE(WhyThrown([&] { run.Command("dance"); }), "");
-  EXPECT_NE(WhyThrown([&] { run.Command("pause"); }), "");
+  for (const char* refused : {"pause", "kill m2", "restart m2", "deploy x.dyn"}) {
+    EXPECT_NE(WhyThrown([&] { run.Command(refused); }), "") << refused;
+  }
   const std::string refused = WhyThrown([&] {
     run.Command("push m11 up 5");
     run.Step(2);
@@ -232,6 +256,15 @@ TEST(CompareLibrary, FindsARunLikeItselfAndUnlikeAnother) {
   std::remove(other.c_str());
 }
 
+TEST(BatchLibrary, RefusesNoRunAndOneRunTwice) {
+  EXPECT_NE(WhyThrown([] { Batch batch({nullptr}); }), "");
+  const Model model = CompileM3l(test::SourcePath("models/mtran.m3l"));
+  morphbus::Run run(model.robot("quadruped"),
+                    CompileDynaRole(test::SourcePath("models/programs/quadruped.dyn"), model));
+  EXPECT_NE(WhyThrown([&] { Batch batch({&run, &run}); }), "");
+  EXPECT_NE(WhyThrown([&] { Batch batch({&run}, -1); }), "");
+}
+
 TEST(ViewLibrary, DrawsModelsAndLogs) {
   const Robot robot = CompileM3l(test::SourcePath("models/mtran.m3l")).robot("quadruped");
   const std::string svg = DrawRobot(robot, {}, {View::kSide, View::kTop});
@@ -241,6 +274,8 @@ TEST(ViewLibrary, DrawsModelsAndLogs) {
   EXPECT_NE(DrawRobot(robot, bent, {View::kSide, View::kTop}), svg);
   EXPECT_EQ(DrawRobot(robot, {}, {View::kSide}, PictureFormat::kPng).substr(1, 3), "PNG");
   EXPECT_NE(WhyThrown([&] { (void)DrawRobot(robot, {}, {}); }), "");
+  bent.front() = INFINITY;
+  EXPECT_NE(WhyThrown([&] { (void)DrawRobot(robot, bent, {View::kSide}); }), "");
   const Log log = Log::Open(logger::walk->path);
   EXPECT_NE(DrawMoment(log, 1, {View::kSide}).find("<svg"), std::string::npos);
   EXPECT_NE(DrawStrip(log, 3, {}, {View::kSide}).find("<svg"), std::string::npos);
@@ -316,6 +351,12 @@ TEST(VmLibrary, ModulesFindTheirRolesByWhatTheyHear) {
   again.Load(machines.machines()[0].Save());
   const VmInput input = machines.inputs()[0];
   EXPECT_EQ(again.Tick(input).message, machines.machines()[0].Tick(input).message);
+  // Nor that of another module, nor one that was altered.
+  const std::string state = machines.machines()[0].Save();
+  EXPECT_NE(WhyThrown([&] { machines.machines()[1].Load(state); }), "");
+  std::string altered = state;
+  altered[altered.size() / 2] ^= 1;
+  EXPECT_NE(WhyThrown([&] { again.Load(altered); }), "");
   EXPECT_NE(WhyThrown([&] { again.Load("nonsense"); }), "");
 }
 
@@ -329,6 +370,15 @@ TEST(VmLibrary, RefusesInputsOfOtherSizesAndDamagedMessages) {
   input.position.pop_back();
   EXPECT_EQ(WhyThrown([&] { machine.Tick(input); }),
             "a module with 2 joints gets 1 values for them");
+  input = machine.InputAtRest();
+  input.position[0] = NAN;
+  EXPECT_NE(WhyThrown([&] { machine.Tick(input); }), "");
+  input = machine.InputAtRest();
+  input.time_s = INFINITY;
+  EXPECT_NE(WhyThrown([&] { machine.Tick(input); }), "");
+  input = machine.InputAtRest();
+  input.connectors[0].mate_module = 1 << 16;
+  EXPECT_NE(WhyThrown([&] { machine.Tick(input); }), "");
   input = machine.InputAtRest();
   input.connectors.pop_back();
   EXPECT_NE(WhyThrown([&] { machine.Tick(input); }), "");

@@ -57,6 +57,7 @@ Result<void> InprocRun::Build() {
   for (const auto& module : modules_->instances) module->Join(Connect(module->name()), &time_);
   // Nobody can kill a module here, but it can begin anew all the same.
   desk_->OnProcessOrder([this](const bridge::ControlCommand& command, uint32_t incarnation) {
+    if (!command.cold) return desk_->OrderDone("");
     const int module = *plan_.robot().FindModule(command.part.module);
     modules_->instances[module]->controller().BeginAnew(incarnation);
     desk_->OrderDone("");
@@ -94,6 +95,12 @@ bool InprocRun::GoOnTo(int64_t tick) {
   if (!done && !held_) stuck_ = "the run came to a standstill";
   over_ = done || !held_ || !recorder_->error().empty();
   return !over_;
+}
+
+std::vector<morphbus::module_sensors_t> InprocRun::SenseNow() const {
+  std::vector<morphbus::module_sensors_t> now;
+  robot_->Sense(&now);
+  return now;
 }
 
 RunOutcome InprocRun::Finish() {

@@ -51,6 +51,9 @@ class InprocRun {
   /// Closes the log and tells how the run went. Called once, after Build.
   RunOutcome Finish();
 
+  /// What the robot senses as it is now.
+  [[nodiscard]] std::vector<morphbus::module_sensors_t> SenseNow() const;
+
   // The parts of the run, after Build.
   [[nodiscard]] bridge::SimParticipant& sim() { return *sim_; }
   [[nodiscard]] const bridge::SimParticipant& sim() const { return *sim_; }

@@ -212,7 +212,9 @@ std::vector<JointSeries> Log::JointsLabelled(std::string_view role, std::string_
     for (auto& [joint, series] : by_joint) all.push_back(std::move(series));
   }
   if (!all.empty()) return all;
-  if (labels.empty()) ThrowUnknown("role in the log", role, {roles.begin(), roles.end()});
+  if (roles.count(std::string(role)) == 0) {
+    ThrowUnknown("role in the log", role, {roles.begin(), roles.end()});
+  }
   ThrowUnknown("joint of that role labelled", label, {labels.begin(), labels.end()});
 }
 

@@ -1,5 +1,7 @@
 #include "tools/libraries/model_content.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "compiler/base/nearest_name.h"
@@ -99,6 +101,9 @@ model::JointValues Robot::Content::ByModule(std::span<const double> values) cons
   if (values.size() != joints.size()) {
     throw Failure("robot " + robot.name + " has " + std::to_string(joints.size()) +
                   " joints, and here are " + std::to_string(values.size()) + " values");
+  }
+  if (!std::ranges::all_of(values, [](double v) { return std::isfinite(v); })) {
+    throw Failure("a joint value of robot " + robot.name + " is no number");
   }
   model::JointValues by_module;
   for (size_t m = 0; m < modules.size(); ++m) {

@@ -1,5 +1,6 @@
 #include <morphbus/bus/module.h>
 
+#include <cmath>
 #include <exception>
 #include <utility>
 
@@ -33,6 +34,12 @@ class Asked {
                       "than the module has joints");
       }
       for (size_t j = 0; j < joints.size(); ++j) {
+        const auto mode = static_cast<int>(joints[j].mode);
+        if (!std::isfinite(joints[j].target) || !std::isfinite(joints[j].speed) || mode < 0 ||
+            mode > static_cast<int>(JointCommand::Mode::kVelocity)) {
+          throw Failure("a controller of " + instance_.name() +
+                        " gave a command that is no number, or of no known mode");
+        }
         output->joints[j] = {static_cast<vm::ActuatorMode>(joints[j].mode), joints[j].target,
                              joints[j].speed};
       }
@@ -76,7 +83,7 @@ class Asked {
 
 std::string DriveModule(const Robot& robot, const Program& program, const std::string& module,
                         const RunAddress& address, ModuleController* controller,
-                        const volatile bool* stop) {
+                        const std::atomic<bool>* stop) {
   std::vector<std::string> names;
   for (const Module& one : robot.modules()) names.push_back(one.name);
   const std::optional<int> number = robot.content()->robot.FindModule(module);
@@ -96,7 +103,8 @@ std::string DriveModule(const Robot& robot, const Program& program, const std::s
   const bridge::MonotonicTime time;
   instance.Join(bus.bus(), &time);
   volatile bool ended = false;
-  Watch watch(&time, [&] { ended = asked.thrown() != nullptr || (stop != nullptr && *stop); });
+  Watch watch(&time,
+              [&] { ended = asked.thrown() != nullptr || (stop != nullptr && stop->load()); });
   bridge::RunParticipants(bus.bus(), time, {&instance.participant(), &watch}, &ended,
                           [&instance] { instance.participant().PublishHealth(); });
   if (asked.thrown()) std::rethrow_exception(asked.thrown());

@@ -2,9 +2,11 @@
 #include <morphbus/run/run.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <system_error>
 
 #include "bridge/lockstep/participant.h"
 #include "sim/arithmetic.h"
@@ -68,8 +70,11 @@ tools::RunPlan Plan(const Robot& robot, const Program& program, const RunOptions
 tools::RunRecord RecordTo(const std::string& log) {
   if (!log.empty()) {
     const tools::HeldSaying said;
+    std::error_code wrong;
+    const std::filesystem::path path = std::filesystem::absolute(log, wrong);
+    if (wrong) throw Failure("cannot write " + log + ": " + wrong.message());
     std::optional<tools::RunRecord> file =
-        tools::RunRecord::ToLog(std::filesystem::absolute(log).lexically_normal(), false, {});
+        tools::RunRecord::ToLog(path.lexically_normal(), false, {});
     if (!file) throw Failure(ErrorIn(said.text()));
     return std::move(*file);
   }
@@ -128,7 +133,8 @@ class MORPHBUS_HIDDEN Run::Content {
     if (result_) throw Failure("the run is closed");
     if (ticks < 0) throw Failure("a run does not go back");
     const tools::HeldSaying said;
-    if (!over_) over_ = !run_.GoOnTo(run_.sim().tick() + ticks);
+    const int64_t now = run_.sim().tick();
+    if (!over_) over_ = !run_.GoOnTo(ticks < bridge::kNever - now ? now + ticks : bridge::kNever);
     if (refusals_.empty()) return;
     throw Failure(std::exchange(refusals_, std::string()));
   }
@@ -146,6 +152,13 @@ class MORPHBUS_HIDDEN Run::Content {
          {ControlKind::kPause, ControlKind::kResume, ControlKind::kStep, ControlKind::kSpeed}) {
       if (command.kind == kind) throw Failure("a run that is stepped holds by itself");
     }
+    const bool warm = command.kind == ControlKind::kRestart && !command.cold;
+    if (command.kind == ControlKind::kKill || warm) {
+      throw Failure("all modules of this run are in one process, which cannot be killed");
+    }
+    if (command.kind == ControlKind::kDeploy) {
+      throw Failure("programs are deployed to runs on the bus (morphbus control)");
+    }
     const tools::HeldSaying said;
     run_.desk().Give(++commands_, command);
     if (!refusals_.empty()) throw Failure(std::exchange(refusals_, std::string()));
@@ -153,6 +166,7 @@ class MORPHBUS_HIDDEN Run::Content {
 
   void Drive(int joint, std::optional<vm::JointCommand> command) {
     const std::vector<Joint>& joints = robot_.joints();
+    if (result_ || over_) throw Failure("the run is over, and drives nothing");
     if (joint < 0 || joint >= static_cast<int>(joints.size())) {
       throw Failure(fmt::format("there is no joint number {} in robot {}", joint, robot_.name()));
     }
@@ -161,11 +175,14 @@ class MORPHBUS_HIDDEN Run::Content {
       return;
     }
     const Joint& of = joints[joint];
-    if (!(command->target >= of.lower && command->target <= of.upper)) {
+    const bool reachable = command->target >= of.lower && command->target <= of.upper;
+    if (!std::isfinite(command->target) || !reachable) {
       throw Failure(fmt::format("{} goes from {} to {}, and not to {}", of.name, of.lower, of.upper,
                                 command->target));
     }
-    if (!(command->speed >= 0)) throw Failure("a joint's speed is no negative number");
+    if (!(std::isfinite(command->speed) && command->speed >= 0)) {
+      throw Failure("a joint's speed is a number, 0 or more");
+    }
     if (command->speed == 0) command->speed = of.speed;
     driven_[joint] = *command;
   }
@@ -174,7 +191,9 @@ class MORPHBUS_HIDDEN Run::Content {
     Observation seen;
     seen.tick = run_.sim().tick();
     seen.time_s = static_cast<double>(seen.tick * plan_.description.tick_us()) / 1e6;
-    for (const morphbus::module_sensors_t& module : run_.sim().readings().modules()) {
+    // Once the run is over, the robot is one tick further than what was told of it last.
+    const auto readings = over_ ? run_.SenseNow() : run_.sim().readings().modules();
+    for (const morphbus::module_sensors_t& module : readings) {
       seen.position.insert(seen.position.end(), module.joint_position_si.begin(),
                            module.joint_position_si.end());
       seen.velocity.insert(seen.velocity.end(), module.joint_velocity_si.begin(),

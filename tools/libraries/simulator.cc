@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <utility>
 
 #include "bridge/lockstep/sim/sim_participant.h"
 #include "compiler/model/kinematic_graph.h"
@@ -17,8 +18,10 @@ namespace {
 /// A simulator of one's own as the lockstep drives it. What it throws is kept, and ends the run.
 class OwnRobot : public bridge::SimulatedRobot {
  public:
-  OwnRobot(const Robot& robot, Simulator* simulator, double tick_s)
+  /// @param sensor_values  by module, how many values its sensors measure.
+  OwnRobot(const Robot& robot, Simulator* simulator, double tick_s, std::vector<int> sensor_values)
       : robot_(robot),
+        sensor_values_(std::move(sensor_values)),
         simulator_(*simulator),
         tick_s_(tick_s),
         connections_(std::make_shared<model::Model>(robot.content()->of_model->model),
@@ -55,6 +58,8 @@ class OwnRobot : public bridge::SimulatedRobot {
         X_WL = simulator_.LinkPose(robot_.content()->first_link[body.module] + body.link);
       });
       if (!X_WL) continue;
+      Keep([&] { CheckPose(*X_WL); });
+      if (thrown_) return;
       morphbus::body_pose_t& told = out->emplace_back();
       told.module_id = static_cast<int16_t>(body.module);
       told.link = static_cast<int8_t>(body.link);
@@ -93,6 +98,16 @@ class OwnRobot : public bridge::SimulatedRobot {
     }
   }
 
+  /// Throws Failure for what is no pose.
+  static void CheckPose(const Pose& X) {
+    double square = 0;
+    for (const double v : X.rotation) square += v * v;
+    const bool finite = std::ranges::all_of(X.position, [](double v) { return std::isfinite(v); });
+    if (!finite || !(std::abs(square - 1) < 1e-6)) {
+      throw Failure("a link's pose is none: its rotation is a quaternion of length 1");
+    }
+  }
+
   /// Puts a reading into a message. Throws Failure where it is of the wrong size.
   void Fill(int module, const ModuleReading& reading, morphbus::module_sensors_t* told) const {
     const size_t joints = robot_.content()->robot.modules[module].start.size();
@@ -101,6 +116,16 @@ class OwnRobot : public bridge::SimulatedRobot {
       if (values->size() == joints) continue;
       throw Failure("module " + told->name + " has " + std::to_string(joints) +
                     " joints, and its reading " + std::to_string(values->size()) + " values");
+    }
+    if (reading.sensors.size() != static_cast<size_t>(sensor_values_[module])) {
+      throw Failure("the sensors of module " + told->name + " measure " +
+                    std::to_string(sensor_values_[module]) + " values, and its reading has " +
+                    std::to_string(reading.sensors.size()));
+    }
+    for (const std::vector<double>* values :
+         {&reading.position, &reading.velocity, &reading.effort, &reading.sensors}) {
+      if (std::ranges::all_of(*values, [](double v) { return std::isfinite(v); })) continue;
+      throw Failure("a value of module " + told->name + " is no number");
     }
     told->num_joints = static_cast<int8_t>(joints);
     told->joint_position_si = reading.position;
@@ -111,12 +136,23 @@ class OwnRobot : public bridge::SimulatedRobot {
   }
 
   const Robot& robot_;
+  std::vector<int> sensor_values_;
   Simulator& simulator_;
   double tick_s_;
   sim::Connections connections_;
   std::vector<model::LinkRef> bodies_;
   std::exception_ptr thrown_;
 };
+
+/// By module, how many values its sensors measure.
+std::vector<int> SensorValuesOf(const Robot& robot, const Program& program) {
+  const std::unique_ptr<bridge::ModuleImages> images = ImagesOf(robot, program);
+  std::vector<int> counts;
+  for (const Module& module : robot.modules()) {
+    counts.push_back(images->FindKinematics(module.type)->num_sensor_values());
+  }
+  return counts;
+}
 
 /// What the run is, and whom it needs.
 bridge::SimParticipantOptions OptionsOf(const Robot& robot, const Program& program,
@@ -153,15 +189,15 @@ bridge::SimParticipantOptions OptionsOf(const Robot& robot, const Program& progr
 
 SimulationResult Simulate(const Robot& robot, const Program& program, const RunAddress& address,
                           Simulator* simulator, const SimulationOptions& options,
-                          const volatile bool* stop) {
+                          const std::atomic<bool>* stop) {
   const bridge::SimParticipantOptions told = OptionsOf(robot, program, address, options);
   RunBus bus(address);
-  OwnRobot own(robot, simulator, told.tick_us / 1e6);
+  OwnRobot own(robot, simulator, told.tick_us / 1e6, SensorValuesOf(robot, program));
   const bridge::MonotonicTime time;
   bridge::SimParticipant participant(bus.bus(), &own, &time, told);
   bool stopping = false;
   Watch watch(&time, [&] {
-    if (stopping || stop == nullptr || !*stop) return;
+    if (stopping || stop == nullptr || !stop->load()) return;
     stopping = true;
     participant.RequestStop("stopped");
   });

@@ -1,6 +1,12 @@
+#include <fmt/format.h>
 #include <morphbus/vm/virtual_machine.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "bridge/wire/stream_hash.h"
 #include "bridge/wire/vm_codec.h"
+#include "compiler/base/version.h"
 #include "sim/connections.h"
 #include "tools/libraries/model_content.h"
 #include "tools/libraries/module_setup.h"
@@ -18,13 +24,24 @@ void Copy(const char* what, const std::vector<double>& values, int count, Number
     throw Failure("a module with " + std::to_string(count) + " " + what + " gets " +
                   std::to_string(values.size()) + " values for them");
   }
-  for (int i = 0; i < count; ++i) to[i] = static_cast<Number>(values[i]);
+  for (int i = 0; i < count; ++i) {
+    if (!std::isfinite(values[i])) throw Failure(std::string(what) + ": a value is no number");
+    to[i] = static_cast<Number>(values[i]);
+  }
+}
+
+/// The value, if it is in its range; throws Failure otherwise.
+int64_t InRange(const char* what, int64_t value, int64_t least, int64_t most) {
+  if (value >= least && value <= most) return value;
+  throw Failure(fmt::format("{}: expected {} to {}, and not {}", what, least, most, value));
 }
 
 Pose PoseToPublic(const vm::PoseF& X) {
+  // Of the two quaternions that stand for a rotation the one with w >= 0 is told.
+  const double sign = X.q.w < 0 ? -1 : 1;
   return {{static_cast<double>(X.p.x), static_cast<double>(X.p.y), static_cast<double>(X.p.z)},
-          {static_cast<double>(X.q.w), static_cast<double>(X.q.x), static_cast<double>(X.q.y),
-           static_cast<double>(X.q.z)}};
+          {sign * static_cast<double>(X.q.w), sign * static_cast<double>(X.q.x),
+           sign * static_cast<double>(X.q.y), sign * static_cast<double>(X.q.z)}};
 }
 
 }  // namespace
@@ -78,8 +95,12 @@ class MORPHBUS_HIDDEN VirtualMachine::Content {
   }
 
   VmOutput Tick(const VmInput& input) {
+    if (!usable_) throw Failure("this machine could not be loaded, and is of no use");
     vm::TickInput told;
-    told.tick = input.tick;
+    told.tick = InRange("tick", input.tick, 0, int64_t{1} << 48);
+    if (!(input.time_s >= 0 && input.time_s <= 1e9)) {
+      throw Failure("time_s: expected a sim time, 0 s or later");
+    }
     told.sim_time_us = static_cast<int64_t>(input.time_s * 1e6 + 0.5);
     Copy("joints", input.position, type().num_joints(), told.joint_position);
     Copy("joints", input.velocity, type().num_joints(), told.joint_velocity);
@@ -91,19 +112,35 @@ class MORPHBUS_HIDDEN VirtualMachine::Content {
   }
 
   [[nodiscard]] std::string Save() const {
-    std::vector<uint8_t> state;
-    instance_->controller().Save(&state);
-    return {state.begin(), state.end()};
+    std::vector<uint8_t> bytes;
+    instance_->controller().Save(&bytes);
+    const std::string state(bytes.begin(), bytes.end());
+    return Head(state) + state;
   }
 
-  void Load(std::string_view state) {
-    const auto* bytes = reinterpret_cast<const uint8_t*>(state.data());
-    if (!instance_->controller().Load(bytes, state.size())) {
-      throw Failure("this is no state of such a machine, or that of another version of Morphbus");
+  void Load(std::string_view saved) {
+    // A state is taken as it is, so nothing may be one but what a machine like this has saved.
+    const std::string expected = Head("");
+    const std::string_view state = saved.substr(std::min(saved.size(), expected.size()));
+    if (saved.substr(0, expected.size()) != Head(state)) {
+      throw Failure(
+          "this is no state of a machine of this module, program and version of Morphbus, or it is "
+          "damaged");
     }
+    const auto* bytes = reinterpret_cast<const uint8_t*>(state.data());
+    usable_ = instance_->controller().Load(bytes, state.size());
+    if (!usable_) throw Failure("this is no state of such a machine");
   }
 
  private:
+  /// What a state begins with: whose it is, and its checksum. Always of one length.
+  [[nodiscard]] std::string Head(std::string_view state) const {
+    const auto* bytes = reinterpret_cast<const uint8_t*>(state.data());
+    return fmt::format("{:<40.40}{:016x}{:016x}{:08x}{:016x}", Version(),
+                       instance_->controller().program().hash(), type().hash(), module_,
+                       bridge::DigestOf(bytes, state.size()));
+  }
+
   /// A reading without joints and sensors: of connectors alone.
   static morphbus::module_sensors_t Empty(morphbus::module_sensors_t reading) {
     reading.num_joints = 0;
@@ -120,12 +157,14 @@ class MORPHBUS_HIDDEN VirtualMachine::Content {
     heard_.resize(connectors.size());
     for (size_t c = 0; c < connectors.size(); ++c) {
       const ConnectorInput& at = connectors[c];
-      told->connectors[c] = {at.docked,
-                             static_cast<uint16_t>(at.mate_module),
-                             static_cast<uint8_t>(at.mate_connector),
-                             static_cast<uint8_t>(at.connection_type),
-                             static_cast<uint16_t>(at.number),
-                             at.is_second};
+      told->connectors[c] = {
+          at.docked,
+          static_cast<uint16_t>(InRange("mate_module", at.mate_module, 0, 0x7fff)),
+          static_cast<uint8_t>(
+              InRange("mate_connector", at.mate_connector, 0, vm::kMaxConnectors - 1)),
+          static_cast<uint8_t>(InRange("connection_type", at.connection_type, 0, 127)),
+          static_cast<uint16_t>(InRange("number", at.number, 0, 0x7fff)),
+          at.is_second};
       if (at.message.empty()) continue;
       const auto* bytes = reinterpret_cast<const uint8_t*>(at.message.data());
       const Result<void> read = bridge::DecodeTransform(bytes, at.message.size(), &heard_[c]);
@@ -189,6 +228,8 @@ class MORPHBUS_HIDDEN VirtualMachine::Content {
   /// What neighbours said, by connector; a tick's input refers to it.
   std::vector<vm::NeighbourMessage> heard_;
   vm::TickOutput output_;
+  /// False once a state could not be loaded.
+  bool usable_ = true;
 };
 
 VirtualMachine::VirtualMachine(const Robot& robot, const Program& program, int module,

@@ -34,7 +34,8 @@ struct ModuleParticipant::Scratch {
   /// Whom the module is mated to, by the SENSORS that is taken and in the tick that is computed.
   std::vector<uint16_t> sensed_mates;
 
-  /// The one of this thread, on which its modules take turns.
+  /// The one of this thread, on which modules take turns. A run may go on in another thread than it
+  /// began in, so nobody keeps it.
   static Scratch& OfThread() {
     static thread_local Scratch scratch;
     return scratch;
@@ -57,8 +58,7 @@ ModuleParticipant::ModuleParticipant(Bus* bus, ModuleController* controller, con
               OnTransform(mate, data, size);
             }),
       inputs_({options_.module, options_.module_id, options_.num_joints, options_.num_connectors,
-               options_.num_sensor_values}),
-      scratch_(Scratch::OfThread()) {
+               options_.num_sensor_values}) {
   ledger_.restarts = options_.restarts;
   outbox_.BeginAt(options_.incarnation, options_.restarts);
 }
@@ -143,7 +143,7 @@ void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
       narrowed_ ? nullptr : directory_->PartOf(MessageDigest(data, size));
   if (known != nullptr && !known->Holds(options_.module_id)) return TakeKnownPart(*known);
   // SENSORS holds many modules' readings: we take our own.
-  morphbus::sensors_t& sensors = scratch_.sensors;
+  morphbus::sensors_t& sensors = Scratch::OfThread().sensors;
   const Expectation expect{options_.model_hash, 0};
   const bool sound = DecodeOwnSensors(data, size, expect, options_.module_id, &sensors).has_value();
   ++(sound ? ledger_.received : ledger_.bad);
@@ -158,7 +158,7 @@ void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
   if (!narrowed_) directory_->Learn(sensors, data, size);
   // What the machine is told must be of the tick to come: then it waits for these neighbours.
   const int64_t tick = sensors.header.tick;
-  std::vector<uint16_t>& mates = scratch_.sensed_mates;
+  std::vector<uint16_t>& mates = Scratch::OfThread().sensed_mates;
   mates.clear();
   if (mine && tick >= machine_.tick()) inputs_.AddMates(input, &mates);
   const Taken taken =
@@ -178,7 +178,7 @@ void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
 
 void ModuleParticipant::TakeKnownPart(const NameDirectory::Part& part) {
   ++ledger_.received;
-  std::vector<uint16_t>& mates = scratch_.sensed_mates;
+  std::vector<uint16_t>& mates = Scratch::OfThread().sensed_mates;
   mates.clear();
   const Taken taken =
       machine_.OnSensors(part.tick, part.part, part.num_parts, false, mates, now_us(), &actions_);
@@ -212,7 +212,7 @@ void ModuleParticipant::UpdateSubscriptions(const std::vector<uint16_t>& mates, 
 }
 
 void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t size) {
-  morphbus::transform_t& transform = scratch_.transform;
+  morphbus::transform_t& transform = Scratch::OfThread().transform;
   NeighbourMail::Box* box = mail_.BoxOf(mate);
   // Where a thousand modules share a process, the box is mostly not in the processor's cache: it is
   // fetched while the message is decoded.
@@ -325,12 +325,12 @@ void ModuleParticipant::Compute(int64_t tick) {
   // The tick's input: sensors, and what each neighbour said a tick ago.
   inputs_.Compute(
       tick, sim_time_us_, [&](uint16_t mate) { return MessageOf(mate, tick - 1); }, controller_,
-      &scratch_.output);
+      &Scratch::OfThread().output);
   Publish(tick);
 }
 
 void ModuleParticipant::Publish(int64_t tick) {
-  const vm::TickOutput& output = scratch_.output;
+  const vm::TickOutput& output = Scratch::OfThread().output;
   // What is published must be saved first, so it is held back meanwhile.
   if (before_publish_) outbox_.Hold();
   // A program that was replaced in this tick shows in the headers from this tick on.
@@ -344,8 +344,9 @@ void ModuleParticipant::Publish(int64_t tick) {
     }
   }
   // Neighbours need TRANSFORM for their next tick.
-  ToTransform(output.message, &scratch_.transform);
-  outbox_.Send(channel_transform_, tick, sim_time_us_, &scratch_.transform);
+  morphbus::transform_t& transform = Scratch::OfThread().transform;
+  ToTransform(output.message, &transform);
+  outbox_.Send(channel_transform_, tick, sim_time_us_, &transform);
   // Last, because the sim goes on once it has this.
   morphbus::actuator_t actuator;
   ToActuator(output, options_.module_id, options_.num_joints, outbox_.count(channel_status_),

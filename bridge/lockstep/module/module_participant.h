@@ -134,7 +134,6 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   /// What is decoded, computed and encoded for a moment: one for all modules of a process, so that
   /// a run of a thousand of them does not go through as many.
   struct Scratch;
-  Scratch& scratch_;
   /// Sim time at which the tick to compute begins.
   int64_t sim_time_us_ = 0;
   /// Of the ticks of our part of SENSORS.

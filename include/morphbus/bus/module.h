@@ -10,6 +10,7 @@
 #include <morphbus/model/model.h>
 #include <morphbus/vm/joint_command.h>
 
+#include <atomic>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -51,10 +52,11 @@ class ModuleController {
 /// ended. Throws Failure where the robot has no such module, the bus or the key cannot be had, or
 /// the run fails or is silent for ten seconds; and what the controller throws.
 /// @param robot    whose model and program must be those of the run.
-/// @param stop     if not null, looked at some times a second: true ends the module's part.
+/// @param stop     if not null, looked at some times a second: true ends the module's part. Another
+///                 thread or a signal handler may set it.
 MORPHBUS_EXPORT std::string DriveModule(const Robot& robot, const Program& program,
                                         const std::string& module, const RunAddress& address,
                                         ModuleController* controller,
-                                        const volatile bool* stop = nullptr);
+                                        const std::atomic<bool>* stop = nullptr);
 
 }  // namespace morphbus

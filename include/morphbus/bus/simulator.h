@@ -10,6 +10,7 @@
 #include <morphbus/model/model.h>
 #include <morphbus/vm/joint_command.h>
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -76,6 +77,6 @@ struct SimulationResult {
 MORPHBUS_EXPORT SimulationResult Simulate(const Robot& robot, const Program& program,
                                           const RunAddress& address, Simulator* simulator,
                                           const SimulationOptions& options = {},
-                                          const volatile bool* stop = nullptr);
+                                          const std::atomic<bool>* stop = nullptr);
 
 }  // namespace morphbus

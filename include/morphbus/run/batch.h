@@ -1,8 +1,8 @@
 #pragma once
 // Runs beside each other, on several processors: robots, programs and options may all differ.
 //
-// Library morphbus-run. A batch belongs to one thread at a time; its own threads come and go with each
-// call. What happens in a run does not depend on their number.
+// Library morphbus-run. A batch belongs to one thread at a time; its own threads come and go with
+// each call. What happens in a run does not depend on their number.
 
 #include <morphbus/run/run.h>
 

@@ -81,9 +81,9 @@ struct RunResult {
   std::string log;
 };
 
-/// The fingerprint of all arithmetic that can reach a run (docs/arithmetic.md), 16 hexadecimal digits:
-/// two programs with one fingerprint give a run one hash. It is that of `morphbus run` unless the
-/// process found functions of C elsewhere before it came to this library.
+/// The fingerprint of all arithmetic that can reach a run (docs/arithmetic.md), 16 hexadecimal
+/// digits: two programs with one fingerprint give a run one hash. It is that of `morphbus run`
+/// unless the process found functions of C elsewhere before it came to this library.
 MORPHBUS_EXPORT std::string ArithmeticFingerprint();
 
 /// A run that goes on as its owner says.
@@ -106,12 +106,13 @@ class MORPHBUS_EXPORT Run {
   [[nodiscard]] Observation Observe() const;
   /// Gives a command, as `morphbus control` takes them: "push m1 up 5", "lose m3",
   /// "disconnect m2.c3". It takes effect at the next tick. Throws Failure for a text that is none,
-  /// or one that makes no sense where nothing waits ("pause").
+  /// or one that makes no sense in such a run ("pause", "kill m1", "deploy x.dyn").
   void Command(std::string_view text);
   /// Gives a parameter of the program another value, in all modules at one tick.
   void Set(std::string_view parameter, double value);
   /// From the next tick on this joint drives to a target (rad, or m), at this speed at most (rad/s,
-  /// or m/s; 0: its own), whatever the program says. `joint` is a place in Robot::joints.
+  /// or m/s; 0: its own), whatever the program says. `joint` is a place in Robot::joints. The log
+  /// has what the joint was told, and not by whom: `morphbus reproduce` cannot do such a run again.
   void Drive(int joint, double target, double speed = 0);
   /// Leaves the joint to the program again.
   void Release(int joint);

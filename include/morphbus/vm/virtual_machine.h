@@ -34,6 +34,7 @@ struct ConnectorInput {
   int connection_type = 0;
   int number = 0;
   /// True where it can be told with this module as the second one only; then the number is that.
+  /// May be left false: the machine then looks for both.
   bool is_second = false;
   /// What the neighbour's machine returned a tick ago (VmOutput::message); empty if nothing came.
   std::string message;
