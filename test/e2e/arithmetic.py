@@ -25,10 +25,10 @@ OLD_PROCESSOR = 'glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F,-AVX2_Usable,-FMA_Us
 SANITIZERS = ('libasan.so', 'libubsan.so', 'libtsan.so')
 
 
-def bindings(program):
-    """All that the dynamic linker binds when this program starts: (library, library that defines it, symbol)."""
-    environment = {**os.environ, 'LD_BIND_NOW': '1', 'LD_DEBUG': 'bindings', 'LD_LIBRARY_PATH': ''}
-    done = subprocess.run([BIN / program, '--version'], env=environment, capture_output=True, text=True, timeout=120)
+def bindings(program, *arguments, library_path=''):
+    """All that the dynamic linker binds when this program (of ours, or a path) runs: (library, library that defines it, symbol)."""
+    environment = {**os.environ, 'LD_BIND_NOW': '1', 'LD_DEBUG': 'bindings', 'LD_LIBRARY_PATH': library_path}
+    done = subprocess.run([BIN / program, *(arguments or ('--version',))], env=environment, capture_output=True, text=True, timeout=120)
     if done.returncode != 0:
         raise AssertionError(done.stderr[-2000:])
     return [(pathlib.Path(user).name, pathlib.Path(definer).name, symbol)

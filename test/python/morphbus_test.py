@@ -5,6 +5,7 @@ import json
 import os
 import pathlib
 import pickle
+import re
 import subprocess
 import sys
 import tempfile
@@ -126,6 +127,16 @@ class Runs(WithRobot):
         self.assertEqual(morphbus.arithmetic_fingerprint(), ran['arithmetic'])
         self.assertEqual(self.run_for(3).hash, ran['hash'])
         self.assertEqual(self.run_for(3, ticks=1).hash, ran['hash'])
+
+    def test_the_engine_calls_the_librarys_own_functions(self):
+        """The bits of libm may be the same here and not elsewhere: what counts is who is called."""
+        environment = {**os.environ, 'LD_BIND_NOW': '1', 'LD_DEBUG': 'bindings', 'PYTHONPATH': str(BIN.parent / 'python')}
+        told = subprocess.run([sys.executable, '-c', 'import morphbus'], env=environment, capture_output=True, text=True, check=True).stderr
+        found = {(pathlib.Path(definer).name.split('.')[0], symbol) for definer, symbol in
+                 re.findall(r"binding file \S*libBullet\S+ \[\d+\] to (\S+) \[\d+\]: normal symbol `(\w+)'", told)}
+        for symbol in ('sin', 'cos', 'sincos', 'atan2', 'pow'):
+            self.assertIn(('libmorphbus-run', symbol), found)
+            self.assertNotIn(('libm', symbol), found)
 
     def test_a_batch_is_the_same_for_any_number_of_threads(self):
         robots = [self.robot, self.model.robot('equivalent_quadruped'), *self.robot.variants(2)]

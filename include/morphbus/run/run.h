@@ -81,9 +81,10 @@ struct RunResult {
   std::string log;
 };
 
-/// The fingerprint of all arithmetic that can reach a run (docs/arithmetic.md), 16 hexadecimal
-/// digits: two programs with one fingerprint give a run one hash. It is that of `morphbus run`
-/// unless the process found functions of C elsewhere before it came to this library.
+/// The fingerprint of the arithmetic that can reach a run (docs/arithmetic.md), 16 hexadecimal
+/// digits, made of results that are tried: another one than that of `morphbus run` means that runs
+/// have other bits here, as they may where the process found functions of C before it came to this
+/// library.
 MORPHBUS_EXPORT std::string ArithmeticFingerprint();
 
 /// A run that goes on as its owner says.
