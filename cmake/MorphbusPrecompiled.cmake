@@ -22,9 +22,15 @@ function(morphbus_precompiled name)
   target_precompile_headers(${name} PRIVATE ${ARG_HEADERS})
 endfunction()
 
-# morphbus_use_precompiled(TARGET NAME): reads set NAME before each of the target's sources.
+# morphbus_use_precompiled(TARGET NAME): reads set NAME before each of the target's sources, if both are instrumented by sanitizers or
+# neither is.
 function(morphbus_use_precompiled target name)
-  if(TARGET ${name})
+  if(NOT TARGET ${name})
+    return()
+  endif()
+  get_target_property(target_plain ${target} MORPHBUS_NOT_SANITIZED)
+  get_target_property(set_plain ${name} MORPHBUS_NOT_SANITIZED)
+  if("${target_plain}" STREQUAL "${set_plain}" OR (NOT target_plain AND NOT set_plain))
     target_link_libraries(${target} PRIVATE morphbus_pch_flags)
     target_precompile_headers(${target} REUSE_FROM ${name})
   endif()
@@ -45,4 +51,5 @@ if(GTest_FOUND)
 endif()
 if(TARGET morphbus_pch_test)
   target_compile_options(morphbus_pch_test PRIVATE ${MORPHBUS_TEST_OPTIONS})
+  morphbus_without_instructions(morphbus_pch_test)
 endif()
