@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <set>
 #include <utility>
 
@@ -65,8 +66,45 @@ size_t CountClasses(const Classes& classes) {
   return all.size();
 }
 
+/// So many rounds of refinement at most: bodies are told apart by what is so many joints away.
+constexpr int kRounds = 64;
+
+/// The label of a number, the same for numbers that count as equal.
+using LabelOf = std::function<uint64_t(double)>;
+
+/// The width of a joint's range in units of a tolerance, that of slides as a number below zero,
+/// apart from angles; 0 without limits.
+double WidthOf(const ScrewJoint& joint, double slide_tolerance) {
+  if (!joint.bounded()) return 0.0;
+  return (joint.upper - joint.lower) / (joint.slide ? -slide_tolerance : kLimitTolerance);
+}
+
+/// The classes of one assembly's bodies and joints by themselves: joints differ in kind and width
+/// of range, bodies in the number of their joints.
+void AddPlainClasses(const ScrewGraph& graph, double slide_tolerance, const LabelOf& label_of_width,
+                     std::vector<uint64_t>& bodies, std::vector<uint64_t>& joints) {
+  for (const ScrewJoint& joint : graph.joints) {
+    joints.push_back(Mix(KindOf(joint), label_of_width(WidthOf(joint, slide_tolerance))));
+  }
+  for (const ScrewBody& body : graph.bodies) bodies.push_back(body.joints.size());
+}
+
 /// What a joint is as seen from body a and from body b: a hash of its kind, range and figures.
 using EndLabels = std::array<uint64_t, 2>;
+
+/// What each joint of an assembly is by itself, from its class and its lengths.
+std::vector<EndLabels> EndsOf(const ScrewGraph& graph, const std::vector<uint64_t>& joints,
+                              const LabelOf& label_of_length) {
+  std::vector<EndLabels> ends;
+  for (size_t j = 0; j < joints.size(); ++j) {
+    const auto [foot_a, foot_b, along] = FiguresOf(graph, static_cast<int>(j));
+    const uint64_t both = Mix(joints[j], label_of_length(along));
+    const uint64_t at_a = label_of_length(foot_a);
+    const uint64_t at_b = label_of_length(foot_b);
+    ends.push_back({Mix(Mix(both, at_a), at_b), Mix(Mix(both, at_b), at_a)});
+  }
+  return ends;
+}
 
 /// One round of colour refinement: a body's next class is its own with the set of its joints, each
 /// with the class of the body it leads to. A joint's class follows from those of its two ends.
@@ -111,35 +149,23 @@ double SlideTolerance(const ScrewGraph& a, const ScrewGraph& b) {
 }
 
 Classes PlainClasses(const ScrewGraph& a, const ScrewGraph& b) {
-  // Widths of ranges are labelled over both assemblies in units of their tolerances, those of
-  // slides apart from angles as numbers below zero.
+  // Widths of ranges are labelled over both assemblies.
   const double slide_tolerance = SlideTolerance(a, b);
-  const auto width = [&](const ScrewJoint& j) {
-    if (!j.bounded()) return 0.0;
-    return (j.upper - j.lower) / (j.slide ? -slide_tolerance : kLimitTolerance);
-  };
   std::vector<double> widths;
   for (const ScrewGraph* graph : {&a, &b}) {
-    for (const ScrewJoint& joint : graph->joints) widths.push_back(width(joint));
+    for (const ScrewJoint& joint : graph->joints) widths.push_back(WidthOf(joint, slide_tolerance));
   }
   const Labels labels(std::move(widths), 1.0);
-
-  // By themselves joints differ in kind and width of range, bodies in the number of their joints.
+  const auto label = [&](double width) { return labels.Of(width); };
   Classes classes;
   for (const int side : {0, 1}) {
-    const ScrewGraph& graph = side == 0 ? a : b;
-    for (const ScrewJoint& joint : graph.joints) {
-      classes.joints[side].push_back(Mix(KindOf(joint), labels.Of(width(joint))));
-    }
-    for (const ScrewBody& body : graph.bodies) {
-      classes.bodies[side].push_back(body.joints.size());
-    }
+    AddPlainClasses(side == 0 ? a : b, slide_tolerance, label, classes.bodies[side],
+                    classes.joints[side]);
   }
   return classes;
 }
 
 Classes RefinedClasses(const ScrewGraph& a, const ScrewGraph& b) {
-  constexpr int kRounds = 64;
   Classes classes = PlainClasses(a, b);
 
   // Lengths that are equal within the tolerance get one label, over both assemblies.
@@ -154,16 +180,9 @@ Classes RefinedClasses(const ScrewGraph& a, const ScrewGraph& b) {
   const Labels lengths(std::move(all_lengths), LengthTolerance(a, b));
 
   // What each joint is by itself does not change in what follows.
-  std::vector<EndLabels> ends[2];
-  for (const int side : {0, 1}) {
-    for (size_t j = 0; j < classes.joints[side].size(); ++j) {
-      const auto [foot_a, foot_b, along] = FiguresOf(*graphs[side], static_cast<int>(j));
-      const uint64_t both = Mix(classes.joints[side][j], lengths.Of(along));
-      const uint64_t at_a = lengths.Of(foot_a);
-      const uint64_t at_b = lengths.Of(foot_b);
-      ends[side].push_back({Mix(Mix(both, at_a), at_b), Mix(Mix(both, at_b), at_a)});
-    }
-  }
+  const auto label = [&](double length) { return lengths.Of(length); };
+  const std::vector<EndLabels> ends[2] = {EndsOf(a, classes.joints[0], label),
+                                          EndsOf(b, classes.joints[1], label)};
 
   // Rounds only ever split classes, so as many classes as before are the same classes.
   size_t count = 0;
@@ -175,6 +194,44 @@ Classes RefinedClasses(const ScrewGraph& a, const ScrewGraph& b) {
     count = finer;
   }
   return classes;
+}
+
+uint64_t HashOfClasses(const ScrewGraph& graph) {
+  // Here no other assembly is at hand with which numbers could be labelled, so that they are
+  // rounded. The limits between the steps lie at fractions at which nobody designs: lengths of 10
+  // µm, and their halves and quarters, are well within a step.
+  constexpr double kLengthStep = 1e-5;  // m
+  constexpr double kSlideStep = 1e-5;   // m
+  constexpr double kWidthStep = 10.0;   // of the tolerance of angles, so that 1e-3 rad
+  constexpr double kOffset = 0.3183098861837907;
+  const auto rounded = [](double steps) {
+    return static_cast<uint64_t>(static_cast<int64_t>(std::floor(steps + kOffset)));
+  };
+  const auto label_of_width = [&](double width) {
+    return rounded(width < 0 ? width : width / kWidthStep);
+  };
+  const auto label_of_length = [&](double length) { return rounded(length / kLengthStep); };
+  std::vector<uint64_t> bodies;
+  std::vector<uint64_t> joints;
+  AddPlainClasses(graph, kSlideStep, label_of_width, bodies, joints);
+  const std::vector<EndLabels> ends = EndsOf(graph, joints, label_of_length);
+
+  // As in RefinedClasses; congruent assemblies need the same number of rounds.
+  size_t count = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    Refine(graph, ends, bodies, joints);
+    const size_t finer = std::set<uint64_t>(bodies.begin(), bodies.end()).size();
+    if (finer == count) break;
+    count = finer;
+  }
+
+  // The order of bodies and joints is that of the modules' names, which do not count.
+  uint64_t hash = bodies.size();
+  for (std::vector<uint64_t>* classes : {&bodies, &joints}) {
+    std::sort(classes->begin(), classes->end());
+    for (const uint64_t one : *classes) hash = Mix(hash, one);
+  }
+  return hash;
 }
 
 }  // namespace morphbus::congruence

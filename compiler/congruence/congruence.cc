@@ -137,4 +137,8 @@ std::optional<MassComparison> CompareInFrame(const model::Model& model_a,
   return MassComparer(a, b).Compare(*mapping);
 }
 
+uint64_t CongruenceHash(const model::Model& model, const model::Robot& robot) {
+  return HashOfClasses(BuildScrewGraph(model, robot));
+}
+
 }  // namespace morphbus::congruence

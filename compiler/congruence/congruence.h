@@ -96,6 +96,10 @@ struct Congruence {
   [[nodiscard]] bool congruent() const { return count > 0; }
 };
 
+/// A number that congruent robots share and others hardly ever, but for mirror images: for finding
+/// a robot among many (HashOfClasses in classes.h says what rounding does to it).
+uint64_t CongruenceHash(const model::Model& model, const model::Robot& robot);
+
 /// Compares robot `a` with `b`, each of a model of its own or both of one. Each must be connected,
 /// as robots from the compiler are (checked). Takes time in proportion to size, and to the pairs of
 /// seed bodies that look alike and are not; gives up deciding (see `decided`), and counting, after

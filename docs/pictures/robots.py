@@ -57,6 +57,12 @@ def shrink(rows):
     return small
 
 
+def beside(pictures):
+    """Pictures in a row, with white below those that are not so high."""
+    height = max(map(len, pictures))
+    return [b''.join(p[y] if y < len(p) else b'\xff' * len(p[0]) for p in pictures) for y in range(height)]
+
+
 def write_png(path, rows):
     def chunk(kind, body):
         return struct.pack('>I', len(body)) + kind + body + struct.pack('>I', zlib.crc32(kind + body))
@@ -82,9 +88,7 @@ def main():
             pictures.append(shrink(read_png(path)))
     rows = []
     for begin in range(0, len(pictures), COLUMNS):
-        line = pictures[begin:begin + COLUMNS]
-        for y in range(max(map(len, line))):
-            rows.append(b''.join(p[y] if y < len(p) else b'\xff' * len(p[0]) for p in line))
+        rows += beside(pictures[begin:begin + COLUMNS])
     write_png(SOURCE / 'docs/pictures/robots.png', rows)
 
 

@@ -191,6 +191,8 @@ void DrawMarks(cairo_t* cr, const Scene& scene, const Projection& projection, co
   for (const SceneMark& mark : scene.marks) {
     const Eigen::Vector3d p = projection.Project(mark.p_W);
     const double x = map.U(p.x()), y = map.V(p.y());
+    cairo_new_path(
+        cr);  // The last mark's text has left a point, from which a line would lead here.
     cairo_arc(cr, x, y, kRadius, 0, 2 * EIGEN_PI);
     SetColor(cr, mark.color);
     cairo_fill_preserve(cr);

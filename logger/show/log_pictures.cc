@@ -106,7 +106,7 @@ Result<Drawing> LogPictures::Strip(int count, const PictureTimes& times,
   return drawing;
 }
 
-Result<std::string> LogPictures::Video(int fps, const PictureTimes& times,
+Result<std::string> LogPictures::Video(int fps, int width_px, const PictureTimes& times,
                                        const std::vector<View>& views,
                                        const std::function<void(double)>& progress) const {
   const Result<std::pair<int64_t, int64_t>> stretch = Stretch(times);
@@ -129,7 +129,7 @@ Result<std::string> LogPictures::Video(int fps, const PictureTimes& times,
   for (size_t i = 0; i < moments.size(); ++i) {
     if (progress) progress(static_cast<double>(i) / static_cast<double>(moments.size()));
     Drawing drawing;
-    drawing.panel_width_px = 640;
+    drawing.panel_width_px = width_px > 0 ? width_px : 640;
     drawing.columns = static_cast<int>(views.size());
     drawing.title = fmt::format("{}, {:.2f} s", log_.robot->name, Seconds(moments[i]));
     for (auto& row : rows) drawing.panels.push_back(row[i]);

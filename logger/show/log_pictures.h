@@ -39,8 +39,9 @@ class LogPictures {
                                       const std::vector<View>& views) const;
   /// The bytes of an animated WebP with `fps` (1 to 50) pictures a second of sim time. The camera
   /// goes with the robot; the ground shows where it goes. Fails likewise.
+  /// @param width_px  width of each view, pixels; 0: 640.
   /// @param progress  if not empty, hears now and then how much is done, 0 to 1.
-  [[nodiscard]] Result<std::string> Video(int fps, const PictureTimes& times,
+  [[nodiscard]] Result<std::string> Video(int fps, int width_px, const PictureTimes& times,
                                           const std::vector<View>& views,
                                           const std::function<void(double)>& progress = {}) const;
 

@@ -151,7 +151,11 @@ class Cli(Case):
 
     def test_the_graph_is_that_of_the_paper(self):
         answer = as_json('graph', MODEL, '--robot', 'quadruped')
-        self.assertEqual(list(answer), ['bodies', 'joints', 'mobility'])
+        self.assertEqual(list(answer), ['bodies', 'joints', 'mobility', 'congruence_hash'])
+        hashes = {robot: as_json('graph', SOURCE / 'models' / model, '--robot', robot)['congruence_hash']
+                  for model, robot in (('mtran.m3l', 'equivalent_quadruped'), ('ckbot.m3l', 'loop'))}
+        self.assertEqual(hashes['equivalent_quadruped'], answer['congruence_hash'])
+        self.assertNotEqual(hashes['loop'], answer['congruence_hash'])
         self.assertEqual(answer['mobility'], 16)
         joints = {j['name']: j for j in answer['joints']}
         self.assertEqual(sorted(n for n, j in joints.items() if j['locked']), ['m5.joint_1', 'm5.joint_2'])
@@ -335,6 +339,43 @@ class Cli(Case):
             morphbus('draw', MODEL, '--robot', 'quadruped', '-o', self.folder / name)
             self.assertTrue((self.folder / name).read_bytes().startswith(start))
 
+    def test_module_types_connections_and_roles_are_drawn(self):
+        picture = self.folder / 'x.svg'
+
+        def drawn(*arguments):
+            morphbus('draw', MODEL, *arguments, '-o', picture)
+            return picture.read_text(encoding='utf-8')
+
+        # A dot for each connector, and no line leads from one to the next.
+        dots = [path for path in re.findall(r'stroke:rgb\(100%,100%,100%\)[^>]* d="([^"]*)"', drawn('--module', 'MTRAN')) if 'C' in path]
+        self.assertEqual([' L ' in path for path in dots], [False] * 6)
+
+        def faces(svg):
+            return re.findall(r'fill:(rgb\([^)]*\));[^>]* d="([^"]*)"', svg)
+
+        # Two modules of one shape, which lie otherwise in another way of connecting them.
+        first, other = drawn('--number', 1), drawn('--connection', 'MTRAN_to_MTRAN', '--number', 72)
+        self.assertNotEqual(faces(first), faces(other))
+        # A module of one quadruped and that which has its role in the other one lie in one place and have one colour; by module they have
+        # other colours, for they have other names.
+        by_role, by_module = ([faces(drawn('--robot', robot, '--view', 'top', *options)) for robot in ('quadruped', 'equivalent_quadruped')]
+                              for options in (('--program', PROGRAM), ()))
+
+        def places(of_robot):
+            # Letters have curves. Where a face begins does not matter.
+            return {(frozenset(tuple(round(float(number), 1) for number in point) for point in re.findall(r'([\d.]+) ([\d.]+)', path)), color)
+                    for color, path in of_robot if 'C' not in path}
+
+        self.assertEqual(places(by_role[0]), places(by_role[1]))
+        self.assertNotEqual(places(by_module[0]), places(by_module[1]))
+        self.assertEqual({place for place, _ in places(by_module[0])}, {place for place, _ in places(by_module[1])})
+        widths = [float(re.search(r'width="([\d.]+)', drawn('--module', 'MTRAN', '--width', width))[1]) for width in (200, 400)]
+        self.assertEqual(widths[1] - widths[0], 200)
+        for arguments, why in ((('--number', 73), 'has 72 ways'), (('--module', 'MTRAM'), "did you mean 'MTRAN'"),
+                               (('--module', 'MTRAN', '--number', 1), 'three pictures'), (('--connection', 'MTRAN_to_MTRAN'), '--number'),
+                               (('--robot', 'quadruped', '--program', MODEL), 'error')):
+            self.assertIn(why, morphbus('draw', MODEL, *arguments, '-o', picture, status=2).stderr)
+
     def test_check_prints_a_summary(self):
         text = morphbus('check', MODEL).stdout
         for part in ('module MTRAN', '72 of 144', 'robot quadruped: 9 modules', 'mobility 16'):
@@ -387,7 +428,7 @@ class Cli(Case):
         self.assertNotIn("'worker'", morphbus('sweep', 'worke', status=2).stderr)
 
     def test_version_and_misuse(self):
-        self.assertRegex(morphbus('--version').stdout, r'^morphbus \d+\.\d+\.\d+(-[0-9a-f]{8}\+?)?$')
+        self.assertRegex(morphbus('--version').stdout, r'^morphbus \d+\.\d+\.\d+(-[0-9a-f]{8}\+?)?, arithmetic [0-9a-f]{16}$')
         morphbus(status=2)
         morphbus('nonsense', status=2)
         morphbus('fk', status=2)

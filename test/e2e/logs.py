@@ -77,13 +77,17 @@ class Logs(ShortRun):
                                ((self.short, '--at=-1'), '--at -1: expected a sim time'),
                                ((self.short, '--at', '1e300'), 'the log ends at 1.98'),
                                ((self.short, '--at', 1, '--robot', 'quadruped'), 'leave --robot out'),
+                               ((self.short, '--at', 1, '--module', 'MTRAN'), 'leave them out'),
                                ((MODEL, '--robot', 'quadruped', '--run', 'x'), 'needs --at')):
             said = self.refused('draw', *arguments, '-o', picture)
             self.assertIn(why, said)
             self.assertEqual(said.count('\n'), 1, said)
             self.assertFalse(picture.exists())
-        morphbus('draw', self.short, '--at', 1, '-o', picture)
-        self.assertTrue(picture.read_text().startswith('<'))
+        widths = []
+        for width in (300, 500):
+            morphbus('draw', self.short, '--at', 1, '--width', width, '-o', picture)
+            widths.append(float(re.search(r'<svg [^>]*width="([\d.]+)', picture.read_text())[1]))
+        self.assertEqual(widths[1] - widths[0], 200)
 
     def test_repair_keeps_what_is_sound_and_spares_the_log(self):
         whole = pathlib.Path(self.short).read_bytes()

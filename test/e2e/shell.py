@@ -12,7 +12,7 @@ import tempfile
 import time
 import unittest
 
-from support import BIN, LIMIT, MODEL, SOURCE, command, morphbus
+from support import BIN, LIMIT, MODEL, SOURCE, as_json, command, morphbus
 
 QUADRUPED = SOURCE / 'models/programs/quadruped_careful.dyn'
 
@@ -200,6 +200,17 @@ class Manual(unittest.TestCase):
         # The commands of a command stand on its page.
         self.assertIn('morphbus sweep status', self.read('sweep'))
         self.assertIn('morphbus-run(1)', self.read())
+
+    def test_the_table_of_commands_is_had_as_json(self):
+        table = as_json('man')
+        self.assertEqual(as_json('man', 'run'), next(command for command in table['commands'] if command['name'] == 'run'))
+        fk = as_json('man', 'fk')
+        self.assertEqual([option['names'] for option in fk['options'] if option['required']], [['FILE.m3l']])
+        self.assertIn('morphbus fk ', fk['footer'])
+        output = next(option for option in as_json('man', 'draw')['options'] if '--output' in option['names'])
+        self.assertEqual((output['names'], output['type'], output['values']), (['-o', '--output'], 'FILE', 1))
+        self.assertIsNone(next(option for option in as_json('man', 'check')['options'] if option['names'] == ['FILE.m3l'])['values'])
+        self.assertIn('leave one out', morphbus('man', '--json', '-o', '/nowhere', status=2).stderr)
 
     def test_of_what_is_no_command_there_is_none(self):
         self.assertIn('leave out run', morphbus('man', 'run', '-o', '/nowhere', status=2).stderr)

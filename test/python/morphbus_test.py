@@ -64,12 +64,23 @@ class Models(WithRobot):
         with self.assertRaisesRegex(morphbus.Failure, 'has 18 joints, and here are 2 values'):
             self.robot.fk([0, 1])
 
+    def test_a_file_is_checked_without_an_exception(self):
+        self.assertEqual(morphbus.check(MODEL), [])
+        with tempfile.NamedTemporaryFile('w', suffix='.m3l') as file:
+            file.write('module M: unit=1\npont a: coords=(0, 0, 0)\n')
+            file.flush()
+            found = morphbus.check(file.name)
+        self.assertTrue(all(diagnostic.is_error for diagnostic in found))
+        self.assertIn((file.name, 2, 1), [(one.where.file, one.where.line, one.where.column) for one in found])
+
     def test_congruent_robots_are_found(self):
         answer = self.robot.compare(self.model.robot('equivalent_quadruped'))
         self.assertTrue(answer)
         self.assertTrue(answer.keeps_frame)
         variant = self.robot.variants(2, seed=7)[1]
         self.assertTrue(self.robot.compare(variant).congruent)
+        self.assertEqual({robot.congruence_hash() for robot in (self.robot, variant, self.model.robot('equivalent_quadruped'))},
+                         {int(as_json('graph', MODEL, '--robot', 'quadruped')['congruence_hash'], 16)})
         graph = self.robot.graph()
         self.assertEqual(graph.mobility, as_json('graph', MODEL, '--robot', 'quadruped')['mobility'])
 
@@ -98,7 +109,7 @@ class Stubs(unittest.TestCase):
     def test_the_stubs_name_all_that_there_is(self):
         """Every public name of the compiled part stands in _core.pyi, and has a text that help() shows."""
         import ast
-        tree = ast.parse((BIN.parent / 'python/morphbus/_core.pyi').read_text())
+        tree = ast.parse((pathlib.Path(morphbus.__file__).parent / '_core.pyi').read_text())
         told = {node.name: node for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
         names = {name for name in dir(morphbus._core) if not name.startswith('_')}
         self.assertEqual(names, set(told))

@@ -125,6 +125,8 @@ TEST(ModelLibrary, KnowsBodiesLockedJointsAndMobility) {
   int locked = 0;
   for (const KinematicGraph::Edge& edge : graph.joints) locked += edge.locked.value_or(false);
   EXPECT_EQ(*graph.mobility + locked, 18);
+  EXPECT_EQ(Mtran().robot("quadruped").CongruenceHash(),
+            Mtran().robot("equivalent_quadruped").CongruenceHash());
 }
 
 TEST(ModelLibrary, FindsCongruentRobotsAndMakesThem) {

@@ -304,9 +304,9 @@ void Subcommand::PassArguments(std::function<int(const std::vector<std::string>&
 }
 
 CommandLine::CommandLine(const std::string& program, const std::string& what,
-                         const std::string& footer, const std::string& version)
+                         const std::string& footer, std::function<std::string()> version)
     : app_(std::make_unique<CLI::App>(what, program)) {
-  app_->set_version_flag("--version", version);
+  app_->set_version_flag("--version", std::move(version));
   // Without a subcommand there is nothing to do, which is an error.
   app_->require_subcommand(1);
   app_->footer(footer);

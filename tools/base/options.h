@@ -114,9 +114,10 @@ class Subcommand {
 /// The command line as a whole: a program with subcommands.
 class CommandLine {
  public:
-  /// `what` begins the help, `footer` ends it; `version` is what --version prints.
+  /// `what` begins the help, `footer` ends it; `version` makes what --version prints, only if that
+  /// is asked for.
   CommandLine(const std::string& program, const std::string& what, const std::string& footer,
-              const std::string& version);
+              std::function<std::string()> version);
   ~CommandLine();
   CommandLine(const CommandLine&) = delete;
   CommandLine& operator=(const CommandLine&) = delete;

@@ -10,6 +10,7 @@
 
 #include "compiler/base/version.h"
 #include "compiler/source/diagnostics.h"
+#include "sim/arithmetic.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 
@@ -26,6 +27,11 @@ constexpr const char* kExamples =
     "  morphbus compare walk.log other.log --report report.html\n"
     "\n"
     "Exit status: 0 done; 1 the answer is no; 2 unusable input or options; 3 a process failed.";
+
+/// What decides whether two machines give a run the same hash: the build, and how it computes here.
+std::string VersionAndArithmetic() {
+  return fmt::format("morphbus {}, arithmetic {}", Version(), sim::ArithmeticFingerprint());
+}
 
 /// Carries the action out. What it cannot use it says itself; only the system's own words, as on a
 /// working directory that is gone, come as exceptions.
@@ -54,7 +60,7 @@ int WithResultWritten(int status) {
 
 int RunCommandLine(int argc, const char* const* argv) {
   CommandLine line("morphbus", "Morphbus: programs for modular robots, by role and not by module.",
-                   kExamples, std::string("morphbus ") + Version());
+                   kExamples, VersionAndArithmetic);
   // Each function adds one subcommand. The help lists them in this order: models and programs,
   // running robots, logs.
   for (const auto add :

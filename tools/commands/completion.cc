@@ -7,6 +7,7 @@
 #include <map>
 
 #include "compiler/base/version.h"
+#include "tools/base/json.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/shell/completion.h"
@@ -49,7 +50,31 @@ struct ManualOptions {
   std::string command;
   std::string folder;
   bool force = false;
+  bool json = false;
 };
+
+/// What the help says of a command, for programs that show it in their own way.
+Json HelpAsJson(const CommandHelp& command) {
+  constexpr int kAnyNumber = 1 << 29;  // What CLI11 has for no limit (OptionHelp::most_values).
+  Json options = Json::array();
+  for (const OptionHelp& option : command.options) {
+    options.push_back(
+        {{"names", option.names},
+         {"type", option.type},
+         {"values", option.most_values < kAnyNumber ? Json(option.most_values) : Json()},
+         {"value_optional", option.value_optional},
+         {"required", option.required},
+         {"repeatable", option.repeatable},
+         {"what", option.what}});
+  }
+  Json json = {{"name", command.name},
+               {"what", command.what},
+               {"options", std::move(options)},
+               {"footer", command.footer},
+               {"commands", Json::array()}};
+  for (const CommandHelp& below : command.commands) json["commands"].push_back(HelpAsJson(below));
+  return json;
+}
 
 /// All pages, as files of a folder.
 int WritePages(const CommandHelp& help, const ManualOptions& options, const std::string& version) {
@@ -79,6 +104,8 @@ int Manual(const CommandHelp& help, const ManualOptions& options) {
   // A folder gets all pages, so that a name beside it would mean something else.
   if (!options.folder.empty() && !options.command.empty())
     return Unusable("--output writes the pages of all commands: leave out " + options.command);
+  if (!options.folder.empty() && options.json)
+    return Unusable("--json prints one object, and --output writes manual pages: leave one out");
   if (!options.folder.empty()) return WritePages(help, options, version);
   const auto command = std::ranges::find(help.commands, options.command, &CommandHelp::name);
   if (!options.command.empty() && command == help.commands.end()) {
@@ -87,7 +114,11 @@ int Manual(const CommandHelp& help, const ManualOptions& options) {
     return Unusable(fmt::format("there is no command '{}'{}; morphbus --help lists them",
                                 options.command, DidYouMean(options.command, names)));
   }
-  PrintText(ManualPage(help, options.command.empty() ? nullptr : &*command, version));
+  if (options.json) {
+    PrintJson(HelpAsJson(options.command.empty() ? help : *command));
+  } else {
+    PrintText(ManualPage(help, options.command.empty() ? nullptr : &*command, version));
+  }
   return kDone;
 }
 
@@ -118,6 +149,7 @@ void AddManual(CommandLine* line) {
   sub.Add("-o,--output", &options->folder, "Write the pages of all commands into this folder")
       .TypeName("FOLDER");
   sub.Force(&options->force);
+  sub.Json(&options->json);
   sub.Footer(
       "Examples:\n"
       "  morphbus man run | man -l -\n"

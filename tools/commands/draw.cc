@@ -11,23 +11,19 @@
 #include "logger/log/run_log.h"
 #include "logger/show/drawing.h"
 #include "logger/show/log_pictures.h"
-#include "logger/show/robot_scenes.h"
-#include "sim/rigid_body_model.h"
 #include "tools/base/lent_description.h"
 #include "tools/base/work_progress.h"
-#include "tools/base/world_file.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/draw_model.h"
 
 namespace morphbus::tools {
 namespace {
 
 /// The options of `morphbus draw`.
 struct DrawOptions {
-  std::string file;
-  std::string robot;
+  ModelPicture model;  ///< Its file is the log's, too.
   std::string run;
   std::string description;
-  std::string world;  ///< SDFormat file of obstacles beside a model's robot.
   std::string output;
   std::vector<std::string> views;
   std::optional<double> at;  ///< Sim time of a log, seconds.
@@ -36,6 +32,7 @@ struct DrawOptions {
   int fps = 10;
   double from = 0.0;         ///< Sim times between which a strip or a video lies, seconds.
   std::optional<double> to;  ///< None: the log's end.
+  int width = 0;  ///< Of each view, in units of an SVG; 0: as each kind of picture has it.
   bool force = false;
 };
 
@@ -64,67 +61,47 @@ int WriteDrawing(const logger::Drawing& drawing, const std::string& path) {
   return written ? kDone : Unusable(written.error().message);
 }
 
-/// One panel a view, beside each other, in one picture.
-int Write(const logger::Scene& scene, const std::string& title,
-          const std::vector<logger::View>& views, std::vector<logger::LegendEntry> legend,
-          const std::string& path) {
-  logger::Drawing drawing;
-  drawing.title = title;
-  drawing.legend = std::move(legend);
-  for (const logger::View view : views) drawing.panels.push_back({scene, view, ""});
-  return WriteDrawing(drawing, path);
-}
-
 /// RenderPicture goes by the name as well.
 OutputKind KindOf(const std::string& path) {
   if (path.ends_with(".webp")) return outputs::kWebp;
   return path.ends_with(".png") ? outputs::kPng : outputs::kSvg;
 }
 
-/// The robot standing on the ground as it starts, each module in a colour of its own.
-int DrawModel(const DrawOptions& options, const std::vector<logger::View>& views) {
-  ModelSource source;
-  const std::optional<model::Model> model = LoadModel({options.file}, &source);
-  if (!model || !MayWrite(options.output, KindOf(options.output), options.force, source.Files()))
-    return kUnusable;
-  const model::Robot* robot = PickRobot(*model, options.robot);
-  if (robot == nullptr) return kUnusable;
-  // Each module has a colour of its own.
-  std::vector<Color> colors(robot->modules.size());
-  for (size_t m = 0; m < colors.size(); ++m) colors[m] = PaletteColor(static_cast<int>(m));
-  // The robot stands where a run of it begins, half a millimetre above the ground.
-  logger::Scene scene = logger::SceneOf(*model, *robot, sim::PlaceOnGround(*model, *robot), colors);
-  if (!options.world.empty()) {
-    const std::optional<LoadedWorld> world = LoadWorld(options.world);
-    if (!world) return kUnusable;
-    logger::AddObstacles(world->obstacles, &scene);
-  }
-  return Write(scene, robot->name, views, {}, options.output);
+/// The scene of a model, a panel a view beside each other.
+int DrawOfModel(const DrawOptions& options, const std::vector<logger::View>& views) {
+  std::optional<logger::Drawing> drawing = DrawModel(options.model, options.output, options.force);
+  if (!drawing) return kUnusable;
+  const logger::Scene scene = std::move(drawing->panels[0].scene);
+  drawing->panels.clear();
+  for (const logger::View view : views) drawing->panels.push_back({scene, view, ""});
+  if (options.width > 0) drawing->panel_width_px = options.width;
+  return WriteDrawing(*drawing, options.output);
 }
 
 /// Draws from a log: one moment, a strip of moments, or all as a moving picture.
 int DrawLog(const DrawOptions& options, const std::vector<logger::View>& views) {
   WorkProgress progress;
   // Whether the picture can be written is found out before the log is read, which takes longer.
-  if (!MayWrite(options.output, KindOf(options.output), options.force, {options.file}))
+  if (!MayWrite(options.output, KindOf(options.output), options.force, {options.model.file}))
     return kUnusable;
   const Result<logger::RunLog> log =
-      LoadLog(options.file, {options.run, true}, options.description);
+      LoadLog(options.model.file, {options.run, true}, options.description);
   if (!log) return Unusable(log.error().message);
   const auto pictures = logger::LogPictures::Of(*log);
   if (!pictures) {
     const char* lend = log->robot == nullptr ? " (--description lends it one)" : "";
-    return Unusable(options.file + ": " + pictures.error().message + lend);
+    return Unusable(options.model.file + ": " + pictures.error().message + lend);
   }
   const logger::PictureTimes times = {options.from, options.to};
   Result<std::string> picture = std::string();
   if (options.video) {
-    picture = (*pictures)->Video(options.fps, times, views,
+    picture = (*pictures)->Video(options.fps, options.width, times, views,
                                  [&](double share) { progress.Show(options.output, share); });
   } else {
     picture = (options.at ? (*pictures)->Moment(*options.at, views)
                           : (*pictures)->Strip(options.strip, times, views))
-                  .and_then([&](const logger::Drawing& drawing) {
+                  .and_then([&](logger::Drawing drawing) {
+                    if (options.width > 0) drawing.panel_width_px = options.width;
                     return logger::RenderPicture(drawing, options.output);
                   });
   }
@@ -140,6 +117,7 @@ bool OfLog(const DrawOptions& options) {
 
 /// Why the options do not go together; empty if they do.
 std::string WhyNotTogether(const DrawOptions& options) {
+  const ModelPicture& model = options.model;
   if (options.at && !(std::isfinite(*options.at) && *options.at >= 0)) {
     return fmt::format("--at {}: expected a sim time, 0 s or later", *options.at);
   }
@@ -164,18 +142,36 @@ std::string WhyNotTogether(const DrawOptions& options) {
                          : options.output + ": WebP is for videos: add --video";
   }
   // What follows are options of a log given for a model, and of a model given for a log.
-  if (!OfLog(options) && logger::BeginsAsLog(options.file)) {
-    return options.file +
+  if (!OfLog(options) && logger::BeginsAsLog(options.model.file)) {
+    return options.model.file +
            " is a log: say with --at SECONDS which time of it to draw, or use --strip or --video";
   }
-  if (OfLog(options) && !options.robot.empty()) {
+  if (OfLog(options) && !options.model.robot.empty()) {
     return "--robot chooses from a model; a log (--at, --strip, --video) holds one robot: leave "
            "--robot out";
+  }
+  if (OfLog(options) && (!model.module.empty() || !model.program.empty() || model.number > 0 ||
+                         !model.connection.empty())) {
+    return "--module, --connection and --program draw from a model; a log (--at, --strip, --video) "
+           "has "
+           "a "
+           "robot and roles: leave them out";
+  }
+  // Each of these is another picture of a model.
+  if ((model.robot.empty() && model.program.empty() && model.world.empty() ? 0 : 1) +
+          (model.module.empty() ? 0 : 1) + (model.number > 0 ? 1 : 0) >
+      1) {
+    return "--robot (with --program or --world), --module and --number are three pictures: choose "
+           "one of them";
+  }
+  if (!model.connection.empty() && model.number == 0) {
+    return "--connection " + model.connection +
+           ": say with --number which of its ways to draw; morphbus connections lists them";
   }
   if (!OfLog(options) && !options.run.empty()) {
     return "--run chooses from a log, and needs --at SECONDS, --strip or --video";
   }
-  if (OfLog(options) && !options.world.empty()) {
+  if (OfLog(options) && !options.model.world.empty()) {
     return "--world stands beside a model's robot; a log has its own world: leave --world out";
   }
   if (!OfLog(options) && !options.description.empty()) {
@@ -189,20 +185,33 @@ int Draw(const DrawOptions& options) {
   const std::optional<std::vector<logger::View>> views = ParseViews(options.views);
   if (!views) return kUnusable;
   if (const std::string why = WhyNotTogether(options); !why.empty()) return Unusable(why);
-  return OfLog(options) ? DrawLog(options, *views) : DrawModel(options, *views);
+  return OfLog(options) ? DrawLog(options, *views) : DrawOfModel(options, *views);
 }
 
 }  // namespace
 
 void AddDraw(CommandLine* line) {
-  Subcommand sub = line->Add("draw", "A picture of a robot: at its start values, or from a log");
+  Subcommand sub =
+      line->Add("draw", "A picture: of a robot, a module type, a connection, or from a log");
   auto options = std::make_shared<DrawOptions>();
   options->views = {"side"};
-  sub.Add("FILE", &options->file, "M3L file, or with --at, --strip or --video a log")
+  sub.Add("FILE", &options->model.file, "M3L file, or with --at, --strip or --video a log")
       .TypeName("FILE.m3l|LOG")
       .Required();
-  sub.Add("--robot", &options->robot, "A model's robot (default: the only one)").TypeName("ROBOT");
-  sub.Add("--world", &options->world, "SDFormat file of obstacles beside a model's robot")
+  sub.Add("--robot", &options->model.robot, "A model's robot (default: the only one)")
+      .TypeName("ROBOT");
+  sub.Add("--program", &options->model.program,
+          "Colour the robot's modules by the roles that they take in this program")
+      .TypeName("PROG.dyn");
+  sub.Add("--module", &options->model.module, "A module type of the model, with its connectors")
+      .TypeName("TYPE");
+  sub.Add("--connection", &options->model.connection,
+          "With --number: which connection (default: the only one)")
+      .TypeName("CONNECTION");
+  sub.Add("--number", &options->model.number,
+          "Two modules, mated in this of the numbered ways (morphbus connections)")
+      .Range(1, 1'000'000);
+  sub.Add("--world", &options->model.world, "SDFormat file of obstacles beside a model's robot")
       .TypeName("FILE");
   sub.Add("--at", &options->at, "Sim time of the log, seconds").Seconds();
   sub.Add("--strip", &options->strip, "So many moments of a log beside each other").Range(1, 100);
@@ -218,12 +227,19 @@ void AddDraw(CommandLine* line) {
   sub.Add("--view", &options->views, "side, top, front, iso; several: side,top")
       .TypeName("side|top|front|iso")
       .Separator(',');
+  sub.Add("--width", &options->width,
+          "Width of each view, in units of an SVG; a PNG has two pixels to each")
+      .Range(100, 4000);
   sub.Add("-o,--output", &options->output, "Picture to write: .svg, .png, or .webp for a video")
       .TypeName("FILE")
       .Required();
   sub.Force(&options->force);
   sub.Footer(
       "Examples:\n  morphbus draw models/mtran.m3l --robot quadruped --view iso -o quadruped.svg\n"
+      "  morphbus draw models/mtran.m3l --robot quadruped --program models/programs/quadruped.dyn "
+      "-o roles.svg\n"
+      "  morphbus draw models/mtran.m3l --module MTRAN --view iso -o module.svg\n"
+      "  morphbus draw models/mtran.m3l --number 12 --view iso -o mated.svg\n"
       "  morphbus draw walk.log --at 12.5 --view side,top -o walking.png\n"
       "  morphbus draw walk.log --strip 6 --from 9 --to 16 -o cycle.png\n"
       "  morphbus draw walk.log --video --view iso -o walk.webp");

@@ -4,6 +4,8 @@
 
 #include <map>
 
+#include "compiler/base/text.h"
+#include "compiler/congruence/congruence.h"
 #include "compiler/emit/back_ends.h"
 #include "compiler/model/kinematic_graph.h"
 #include "tools/base/output_path.h"
@@ -63,7 +65,8 @@ Json GraphJson(const model::Model& model, const model::Robot& robot,
   }
   return {{"bodies", bodies},
           {"joints", joints},
-          {"mobility", graph.mobility ? Json(*graph.mobility) : Json()}};
+          {"mobility", graph.mobility ? Json(*graph.mobility) : Json()},
+          {"congruence_hash", Hex(congruence::CongruenceHash(model, robot))}};
 }
 
 /// How each joint lies to its adjacent ones, grouped by relation.
@@ -90,8 +93,9 @@ void PrintAxes(const Json& joints) {
 /// Bodies with their degrees, joints with their axes, then PrintAxes.
 void PrintGraph(const model::Robot& robot, const model::KinematicGraph& computed,
                 const Json& graph) {
-  Print("robot {}: {} bodies, {} joints, {}\n", robot.name, graph["bodies"].size(),
-        graph["joints"].size(), MobilityText(computed));
+  Print("robot {}: {} bodies, {} joints, {}, congruence hash {}\n", robot.name,
+        graph["bodies"].size(), graph["joints"].size(), MobilityText(computed),
+        graph["congruence_hash"].get<std::string>());
   // The degree of a body is the number of joints at it.
   Print("\ndegree  body\n");
   for (const Json& body : graph["bodies"]) {

@@ -96,6 +96,10 @@ KinematicGraph Robot::Graph() const {
   return graph;
 }
 
+uint64_t Robot::CongruenceHash() const {
+  return congruence::CongruenceHash(content_->of_model->model, content_->robot);
+}
+
 Congruence Robot::CompareWith(const Robot& other) const {
   const congruence::Congruence computed =
       congruence::Compare(content_->of_model->model, content_->robot,

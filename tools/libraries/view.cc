@@ -91,7 +91,7 @@ std::string DrawStrip(const Log& log, int count, const Stretch& stretch,
 std::string DrawVideo(const Log& log, int fps, const Stretch& stretch,
                       const std::vector<View>& views) {
   CheckCount("pictures a second", fps, 50);
-  return OrThrow(PicturesOf(log)->Video(fps, ToInternal(stretch), ToInternal(views)));
+  return OrThrow(PicturesOf(log)->Video(fps, 0, ToInternal(stretch), ToInternal(views)));
 }
 
 std::string ReportHtml(const Log& log) { return logger::RunReportHtml(log.content()->log); }

@@ -64,6 +64,20 @@ void AddModel(py::module_& m) {
           [](const Model& model) { return py::bytes(model.Bytes()); },
           [](const py::bytes& bytes) { return Model::FromBytes(std::string_view(bytes)); }));
   m.def(
+      "check",
+      [](const std::string& path) {
+        std::vector<Diagnostic> found;
+        try {
+          (void)CompileM3l(path, &found);
+        } catch (const TextError& error) {
+          found = error.diagnostics();
+        }
+        return found;
+      },
+      py::arg("path"), Released(),
+      "All errors and warnings of a file of M3L and of what it imports, as Diagnostics; "
+      "Model(path) raises where there are errors.");
+  m.def(
       "format_m3l", [](const std::string& text) { return FormatM3l("text.m3l", text); },
       py::arg("text"));
 }
@@ -179,6 +193,9 @@ void AddRobot(py::module_& m) {
           py::arg("link"), py::arg("q") = py::none())
       .def("graph", &Robot::Graph,
            "Bodies, joints that can move, and mobility, at the start values.")
+      .def("congruence_hash", &Robot::CongruenceHash,
+           "A number that congruent robots share and others hardly ever, but for mirror images; "
+           "compare decides.")
       .def("compare", &Robot::CompareWith, py::arg("other"), Released())
       .def("variants", &Robot::Variants, py::arg("most") = 10, py::arg("seed") = py::none(),
            Released())

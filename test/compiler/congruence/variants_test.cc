@@ -80,6 +80,41 @@ TEST(Variants, OfTheQuadrupedAreDifferentAssembliesThatMoveAlike) {
     EXPECT_EQ(KeyOf(again[i].robot), KeyOf(variants[i].robot));
 }
 
+TEST(CongruenceHash, IsThatOfTheVariantsAndOfNoOtherRobot) {
+  const model::Model& model = test::MtranFile();
+  const model::Robot& robot = *model.FindRobot("quadruped");
+  const uint64_t hash = CongruenceHash(model, robot);
+  EXPECT_EQ(CongruenceHash(model, *model.FindRobot("equivalent_quadruped")), hash);
+  VariantOptions options;
+  options.max = 20;
+  options.seed = 3;
+  for (const Variant& variant : Variants(model, robot, options)) {
+    EXPECT_EQ(CongruenceHash(model, variant.robot), hash);
+  }
+  // The last module turned on its neighbour: congruent or not, the hash says the same.
+  const auto& ways = model.connection_types[0].options;
+  const model::Docking& last = robot.dockings.back();
+  for (size_t way = 0; way < ways.size(); ++way) {
+    if (ways[way].connector_a != last.connector_a || ways[way].connector_b != last.connector_b) {
+      continue;
+    }
+    model::Robot turned = robot;
+    turned.dockings.back().option = static_cast<int>(way);
+    const bool congruent = Compare(model, robot, model, turned).congruent();
+    EXPECT_EQ(CongruenceHash(model, turned) == hash, congruent) << way;
+  }
+  // A module less, and a range that is narrower, are other robots.
+  model::Robot shorter = robot;
+  shorter.modules.pop_back();
+  std::erase_if(shorter.dockings, [](const model::Docking& docking) {
+    return docking.module_a == 8 || docking.module_b == 8;
+  });
+  EXPECT_NE(CongruenceHash(model, shorter), hash);
+  model::Model narrow = model;
+  narrow.module_types[0].joints[0].upper -= 0.1;
+  EXPECT_NE(CongruenceHash(narrow, narrow.robots[0]), CongruenceHash(model, model.robots[0]));
+}
+
 TEST(Variants, SayWhereTheirMassesAreNotThoseOfTheRobot) {
   // With one block heavier than the other, a module that stands the other way round weighs
   // otherwise.

@@ -26,14 +26,14 @@ try:
     from morphbus._core import (Alignment, Batch, Comparison, ComparedItem, Congruence, Connection, ConnectionOption, ConnectionType,
                                 Diagnostic, DiagnosticNote, Failure, Joint, JointSeries, JointType, KinematicGraph, Link, LinkPoses, Log,
                                 Model, Module, ModuleType, Observation, Parameter, PoseSeries, Program, Robot, Role, RolePlayed, Run,
-                                RunResult, TextError, TextRange, Verdict, arithmetic_fingerprint, compare, format_dynarole, format_m3l)
+                                RunResult, TextError, TextRange, Verdict, arithmetic_fingerprint, check, compare, format_dynarole, format_m3l)
 finally:
     _sys.setdlopenflags(_flags)
 
 __all__ = ['Alignment', 'Batch', 'Comparison', 'ComparedItem', 'Congruence', 'Connection', 'ConnectionOption', 'ConnectionType',
            'Diagnostic', 'DiagnosticNote', 'Failure', 'Joint', 'JointSeries', 'JointType', 'KinematicGraph', 'Link', 'LinkPoses', 'Log',
            'Model', 'Module', 'ModuleType', 'Observation', 'Parameter', 'PoseSeries', 'Program', 'Robot', 'Role', 'RolePlayed', 'Run',
-           'RunResult', 'TextError', 'TextRange', 'Verdict', 'arithmetic_fingerprint', 'compare', 'dataframe', 'format_dynarole', 'format_m3l',
+           'RunResult', 'TextError', 'TextRange', 'Verdict', 'arithmetic_fingerprint', 'check', 'compare', 'dataframe', 'format_dynarole', 'format_m3l',
            'info', 'summary']
 
 
