@@ -4,6 +4,10 @@ install(TARGETS morphbus morphbus-module)
 # The programs look for it beside their own folder (tools/base/share_folder.h), so that the installed tree can be moved.
 install(DIRECTORY ${CMAKE_BINARY_DIR}/share/morphbus DESTINATION share OPTIONAL)
 install(DIRECTORY models DESTINATION share/morphbus)
+# For other LCM programs, which make their own code of them.
+install(DIRECTORY lcmtypes DESTINATION share/morphbus FILES_MATCHING PATTERN "*.lcm" PATTERN "README.md")
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR} FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN "*.svg")
 
 set(shell tools/shell/morphbus)
 install(FILES ${shell}.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME morphbus)
@@ -15,6 +19,7 @@ install(DIRECTORY ${CMAKE_BINARY_DIR}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/m
 
 # The libraries for other people's programs, with what finds them: find_package(Morphbus), pkg-config.
 if(MORPHBUS_LIBRARIES)
+  install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DOCDIR})
   include(CMakePackageConfigHelpers)
   get_property(MORPHBUS_PUBLIC_LIBRARIES GLOBAL PROPERTY MORPHBUS_PUBLIC_LIBRARIES)
   list(TRANSFORM MORPHBUS_PUBLIC_LIBRARIES PREPEND morphbus- OUTPUT_VARIABLE targets)
@@ -47,4 +52,20 @@ if(MORPHBUS_LIBRARIES)
     configure_file(cmake/morphbus.pc.in ${CMAKE_BINARY_DIR}/pkgconfig/morphbus-${name}.pc @ONLY)
     install(FILES ${CMAKE_BINARY_DIR}/pkgconfig/morphbus-${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
   endforeach()
+endif()
+
+# A tarball of all this, with the libraries that it needs (docs/install.md): the target `package`.
+if(MORPHBUS_SELF_CONTAINED)
+  set(programs "$<TARGET_FILE:morphbus>;$<TARGET_FILE:morphbus-module>")
+  set(libraries "")
+  foreach(target IN LISTS targets)
+    list(APPEND libraries "$<TARGET_FILE:${target}>")
+  endforeach()
+  install(CODE "set(folder \"${MORPHBUS_OTHERS_DIR}\")\nset(programs \"${programs}\")\nset(libraries \"${libraries}\")")
+  install(SCRIPT cmake/InstallDependencies.cmake)
+  set(CPACK_GENERATOR TXZ)
+  set(CPACK_PACKAGE_FILE_NAME morphbus-${PROJECT_VERSION}-${CMAKE_SYSTEM_NAME}-${CMAKE_SYSTEM_PROCESSOR})
+  set(CPACK_STRIP_FILES ON)
+  set(CPACK_VERBATIM_VARIABLES ON)
+  include(CPack)
 endif()

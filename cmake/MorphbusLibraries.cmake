@@ -9,6 +9,17 @@ if(MORPHBUS_LIBRARIES)
   add_compile_options(-fPIC -fno-semantic-interposition)
 endif()
 
+# For machines without Debian's packages: what the programs and libraries need lies beside them.
+option(MORPHBUS_SELF_CONTAINED "Install the libraries of other projects, too" OFF)
+set(MORPHBUS_LIBRARY_RPATH "\$ORIGIN")
+if(MORPHBUS_SELF_CONTAINED)
+  # The older kind of path is that of the libraries' own libraries, too, which have none.
+  add_link_options(LINKER:--disable-new-dtags)
+  set(MORPHBUS_OTHERS_DIR ${CMAKE_INSTALL_LIBDIR}/morphbus)
+  list(APPEND MORPHBUS_LIBRARY_RPATH "\$ORIGIN/morphbus")
+  set(CMAKE_INSTALL_RPATH "\$ORIGIN/../${MORPHBUS_OTHERS_DIR}")
+endif()
+
 set(MORPHBUS_PUBLIC_HEADERS ${CMAKE_BINARY_DIR}/include)
 configure_file(${CMAKE_SOURCE_DIR}/include/morphbus/version.h.in ${MORPHBUS_PUBLIC_HEADERS}/morphbus/version.h @ONLY)
 
@@ -51,7 +62,7 @@ function(morphbus_public_library name)
     LINKER:--exclude-libs,ALL LINKER:--version-script=${map} LINKER:-Bsymbolic-functions
     LINKER:--gc-sections LINKER:--as-needed LINKER:-z,defs)
   # They find each other wherever the tree lies.
-  set_target_properties(${library} PROPERTIES INSTALL_RPATH "\$ORIGIN" BUILD_RPATH "\$ORIGIN" VERSION ${PROJECT_VERSION} SOVERSION ${MORPHBUS_ABI_VERSION} EXPORT_NAME ${name}
+  set_target_properties(${library} PROPERTIES INSTALL_RPATH "${MORPHBUS_LIBRARY_RPATH}" BUILD_RPATH "\$ORIGIN" VERSION ${PROJECT_VERSION} SOVERSION ${MORPHBUS_ABI_VERSION} EXPORT_NAME ${name}
     LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib LINK_DEPENDS ${map})
   set_property(GLOBAL APPEND PROPERTY MORPHBUS_PUBLIC_LIBRARIES ${name})
   set_property(GLOBAL PROPERTY MORPHBUS_USES_${name} ${ARG_USES})
