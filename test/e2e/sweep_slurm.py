@@ -3,6 +3,7 @@
 waits for them."""
 import json
 import os
+import pathlib
 import shutil
 import signal
 import tempfile
@@ -111,12 +112,18 @@ class Rows(SlurmCase):
         return {row['host'] for row in json.loads(morphbus('sweep', 'export', self.database(), '--to', 'json').stdout)}
 
     def test_a_node_that_is_killed_in_the_middle(self):
-        # Enough rows that both nodes have some left.
-        text = SMALL.replace('0.2\n', '1\n', 1).replace('[1, 2]', '[1, 2, 3, 4]')
+        text = SMALL
         expected = self.expected(text)
-        file = self.sweep_file(text + self.engine('chunk = 0.5\n'))
+        # What runs on n2 does nothing, so that it is there when the node is killed.
+        held, real = self.folder / 'held', self.folder / 'there' / 'real'
+        self.binary.rename(real)
+        self.binary.write_text(f'#!/bin/sh\nif [ "$SLURMD_NODENAME" = n2 ] && [ ! -e {held}.no_more ]; then\n  touch {held}\n  exec sleep {ENDLESS}\nfi\n'
+                               f'exec {real} "$@"\n')
+        self.binary.chmod(0o755)
+        file = self.sweep_file(text + self.engine())
         process = self.start(file)
-        self.await_row_on('n2')
+        await_condition(held.exists, 'a row has begun on n2')
+        pathlib.Path(f'{held}.no_more').touch()
         self.cluster.kill_node('n2')
         self.addCleanup(self.cluster.await_idle, 'n1', 'n2')
         self.addCleanup(self.cluster.start_node, 'n2')
