@@ -138,6 +138,64 @@ void Refine(const ScrewGraph& graph, const std::vector<EndLabels>& ends,
   }
 }
 
+// Where no other assembly is at hand with which numbers could be labelled they are rounded. The
+// limits between the steps lie at fractions at which nobody designs: lengths of 10 µm, and their
+// halves and quarters, are well within a step.
+constexpr double kLengthStep = 1e-5;  // m
+constexpr double kWidthSteps = 10.0;  // of the tolerance of angles, so that 1e-3 rad
+constexpr double kCosineStep = 1e-5;
+/// Of bodies with more joints, whose pairs are too many, only the joints themselves count.
+constexpr size_t kMostPaired = 1000;
+
+uint64_t Rounded(double steps) {
+  constexpr double kOffset = 0.3183098861837907;
+  return static_cast<uint64_t>(static_cast<int64_t>(std::floor(steps + kOffset)));
+}
+
+uint64_t LengthLabel(double length) { return Rounded(length / kLengthStep); }
+
+/// How the axes of two joints of one body lie to each other, which no motion changes, whichever way
+/// each of them points: their angle, their distance, and on which side one passes the other.
+uint64_t PairLabel(const ScrewJoint& a, const ScrewJoint& b) {
+  const double cosine = a.axis.dot(b.axis);
+  const uint64_t angle = Rounded(std::abs(cosine) / kCosineStep);
+  if (a.slide || b.slide) return angle;  // The axis of a slide has no place.
+  constexpr double kParallel = 1e-6;
+  const Eigen::Vector3d apart = b.p_RoJo - a.p_RoJo;
+  const Eigen::Vector3d across = a.axis.cross(b.axis);
+  const double volume = across.dot(apart);
+  const double distance = across.norm() > kParallel ? std::abs(volume) / across.norm()
+                                                    : (apart - a.axis.dot(apart) * a.axis).norm();
+  // To turn one of the axes round changes the signs of both factors, and a mirror that of one.
+  return Mix(Mix(angle, LengthLabel(distance)), LengthLabel(volume * cosine));
+}
+
+/// Adds to what each joint is as seen from a body how it lies to the body's other joints.
+void AddNeighbours(const ScrewGraph& graph, std::vector<EndLabels>& ends) {
+  const std::vector<EndLabels> alone = ends;
+  std::vector<uint64_t> seen;
+  for (size_t b = 0; b < graph.bodies.size(); ++b) {
+    const std::vector<int>& joints = graph.bodies[b].joints;
+    if (joints.size() > kMostPaired) continue;
+    const auto end_at = [&](int joint) {
+      return graph.joints[joint].body_a == static_cast<int>(b) ? 0 : 1;
+    };
+    for (const int joint : joints) {
+      seen.clear();
+      for (const int other : joints) {
+        if (other == joint) continue;
+        const uint64_t pair = PairLabel(graph.joints[joint], graph.joints[other]);
+        seen.push_back(Mix(alone[other][end_at(other)], pair));
+      }
+      std::sort(seen.begin(), seen.end());
+      for (const uint64_t one : seen) {
+        uint64_t& end = ends[joint][end_at(joint)];
+        end = Mix(end, one);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 double LengthTolerance(const ScrewGraph& a, const ScrewGraph& b) {
@@ -197,24 +255,14 @@ Classes RefinedClasses(const ScrewGraph& a, const ScrewGraph& b) {
 }
 
 uint64_t HashOfClasses(const ScrewGraph& graph) {
-  // Here no other assembly is at hand with which numbers could be labelled, so that they are
-  // rounded. The limits between the steps lie at fractions at which nobody designs: lengths of 10
-  // µm, and their halves and quarters, are well within a step.
-  constexpr double kLengthStep = 1e-5;  // m
-  constexpr double kSlideStep = 1e-5;   // m
-  constexpr double kWidthStep = 10.0;   // of the tolerance of angles, so that 1e-3 rad
-  constexpr double kOffset = 0.3183098861837907;
-  const auto rounded = [](double steps) {
-    return static_cast<uint64_t>(static_cast<int64_t>(std::floor(steps + kOffset)));
+  const auto label_of_width = [](double width) {
+    return Rounded(width < 0 ? width : width / kWidthSteps);
   };
-  const auto label_of_width = [&](double width) {
-    return rounded(width < 0 ? width : width / kWidthStep);
-  };
-  const auto label_of_length = [&](double length) { return rounded(length / kLengthStep); };
   std::vector<uint64_t> bodies;
   std::vector<uint64_t> joints;
-  AddPlainClasses(graph, kSlideStep, label_of_width, bodies, joints);
-  const std::vector<EndLabels> ends = EndsOf(graph, joints, label_of_length);
+  AddPlainClasses(graph, kLengthStep, label_of_width, bodies, joints);
+  std::vector<EndLabels> ends = EndsOf(graph, joints, LengthLabel);
+  AddNeighbours(graph, ends);
 
   // As in RefinedClasses; congruent assemblies need the same number of rounds.
   size_t count = 0;

@@ -37,11 +37,12 @@ Classes PlainClasses(const ScrewGraph& a, const ScrewGraph& b);
 /// an assembly and its mirror image have the same classes.
 Classes RefinedClasses(const ScrewGraph& a, const ScrewGraph& b);
 
-/// A number that congruent assemblies share, and others hardly ever but for mirror images: a hash
-/// of the refined classes, for finding one among many. Lengths enter it rounded to 10 µm and widths
-/// of ranges to 1e-3 rad, so that two assemblies one of whose lengths lies on a limit of the
-/// rounding may be congruent and have two numbers; whether two are congruent Compare decides
-/// (congruence.h).
+/// A number that congruent assemblies share and others hardly ever, for finding one among many: a
+/// hash of the classes, refined by how the axes at each body lie to each other, too, so that most
+/// mirror images have another one. Where ranges of joints begin does not enter it. Lengths enter it
+/// rounded to 10 µm, widths of ranges to 1e-3 rad and cosines to 1e-5, so that two assemblies one
+/// of whose figures lies on a limit of the rounding may be congruent and have two numbers; whether
+/// two are congruent Compare decides (congruence.h).
 uint64_t HashOfClasses(const ScrewGraph& graph);
 
 }  // namespace morphbus::congruence

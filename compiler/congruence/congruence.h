@@ -96,8 +96,8 @@ struct Congruence {
   [[nodiscard]] bool congruent() const { return count > 0; }
 };
 
-/// A number that congruent robots share and others hardly ever, but for mirror images: for finding
-/// a robot among many (HashOfClasses in classes.h says what rounding does to it).
+/// A number that congruent robots share and others hardly ever: for finding a robot among many
+/// (HashOfClasses in classes.h says what enters it).
 uint64_t CongruenceHash(const model::Model& model, const model::Robot& robot);
 
 /// Compares robot `a` with `b`, each of a model of its own or both of one. Each must be connected,

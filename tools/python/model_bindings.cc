@@ -194,8 +194,7 @@ void AddRobot(py::module_& m) {
       .def("graph", &Robot::Graph,
            "Bodies, joints that can move, and mobility, at the start values.")
       .def("congruence_hash", &Robot::CongruenceHash,
-           "A number that congruent robots share and others hardly ever, but for mirror images; "
-           "compare decides.")
+           "A number that congruent robots share and others hardly ever; compare decides.")
       .def("compare", &Robot::CompareWith, py::arg("other"), Released())
       .def("variants", &Robot::Variants, py::arg("most") = 10, py::arg("seed") = py::none(),
            Released())

@@ -176,8 +176,8 @@ class MORPHBUS_EXPORT Robot {
   [[nodiscard]] Jacobian JacobianOf(int link, std::span<const double> joint_values) const;
   /// The kinematic graph.
   [[nodiscard]] KinematicGraph Graph() const;
-  /// A number that congruent robots share and others hardly ever, but for mirror images: it finds a
-  /// robot among many, and CompareWith decides. Lengths enter it rounded to 10 µm.
+  /// A number that congruent robots share and others hardly ever: it finds a robot among many, and
+  /// CompareWith decides. Lengths enter it rounded to 10 µm; where ranges of joints begin does not.
   [[nodiscard]] uint64_t CongruenceHash() const;
   /// Compares it with another robot, of the same model or of another one. May take some seconds.
   [[nodiscard]] Congruence CompareWith(const Robot& other) const;

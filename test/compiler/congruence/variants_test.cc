@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 
+#include "compiler/base/read_file.h"
 #include "compiler/congruence/congruence.h"
 #include "compiler/congruence/placements.h"
 #include "compiler/emit/back_ends.h"
@@ -80,6 +81,64 @@ TEST(Variants, OfTheQuadrupedAreDifferentAssembliesThatMoveAlike) {
     EXPECT_EQ(KeyOf(again[i].robot), KeyOf(variants[i].robot));
 }
 
+TEST(CongruenceHash, IsSharedByThoseShippedRobotsThatAreCongruent) {
+  constexpr size_t kMostModules = 16;
+  std::vector<model::Model> models;
+  for (const char* name :
+       {"atron", "ckbot", "mixed", "molecube", "mtran", "mtran_robots", "smores"}) {
+    m3l::CompileOutput output = m3l::CompileFiles({test::SourcePath("models/") + name + ".m3l"});
+    ASSERT_TRUE(output.model) << name;
+    models.push_back(std::move(*output.model));
+  }
+  std::vector<std::pair<const model::Model*, const model::Robot*>> robots;
+  for (const model::Model& model : models) {
+    for (const model::Robot& robot : model.robots) {
+      if (robot.modules.size() <= kMostModules) robots.emplace_back(&model, &robot);
+    }
+  }
+  ASSERT_GT(robots.size(), 12u);
+  int shared = 0;
+  for (size_t a = 0; a < robots.size(); ++a) {
+    for (size_t b = 0; b < a; ++b) {
+      const auto& [model_a, robot_a] = robots[a];
+      const auto& [model_b, robot_b] = robots[b];
+      const bool same = CongruenceHash(*model_a, *robot_a) == CongruenceHash(*model_b, *robot_b);
+      EXPECT_EQ(same, Compare(*model_a, *robot_a, *model_b, *robot_b).congruent())
+          << robot_a->name << " and " << robot_b->name;
+      shared += same ? 1 : 0;
+    }
+  }
+  EXPECT_GE(shared, 2);
+}
+
+TEST(CongruenceHash, TellsAllWaysOfJoiningTwoMolecubesApart) {
+  // Their axes are skew, so that some of these robots are mirror images of each other.
+  const m3l::CompileOutput output = m3l::CompileFiles({test::SourcePath("models/molecube.m3l")});
+  ASSERT_TRUE(output.model);
+  const model::Model& model = *output.model;
+  const auto& ways = model.connection_types[0].options;
+  std::vector<model::Robot> robots;
+  for (size_t way = 0; way < ways.size(); ++way) {
+    model::Robot robot = model.robots[0];
+    robot.modules.resize(2);
+    robot.dockings = {
+        {0, ways[way].connector_a, 1, ways[way].connector_b, 0, static_cast<int>(way)}};
+    robots.push_back(std::move(robot));
+  }
+  int alike = 0;
+  int others = 0;
+  for (size_t way = 0; way < robots.size(); ++way) {
+    for (const size_t first : {0, 1, 2}) {
+      const bool same = CongruenceHash(model, robots[way]) == CongruenceHash(model, robots[first]);
+      EXPECT_EQ(same, Compare(model, robots[way], model, robots[first]).congruent())
+          << way << " and " << first;
+      (same ? alike : others) += 1;
+    }
+  }
+  EXPECT_GT(alike, 10);
+  EXPECT_GT(others, 10);
+}
+
 TEST(CongruenceHash, IsThatOfTheVariantsAndOfNoOtherRobot) {
   const model::Model& model = test::MtranFile();
   const model::Robot& robot = *model.FindRobot("quadruped");
@@ -103,7 +162,13 @@ TEST(CongruenceHash, IsThatOfTheVariantsAndOfNoOtherRobot) {
     const bool congruent = Compare(model, robot, model, turned).congruent();
     EXPECT_EQ(CongruenceHash(model, turned) == hash, congruent) << way;
   }
-  // A module less, and a range that is narrower, are other robots.
+  // A module that is larger, one less, and a range that is narrower, are other robots.
+  std::string text = *ReadWholeFile(test::SourcePath("models/mtran.m3l"), 1 << 20);
+  const std::string unit = "unit=0.0325";
+  text.replace(text.find(unit), unit.size(), "unit=0.0326");
+  const m3l::CompileOutput larger = m3l::CompileText("larger.m3l", text);
+  ASSERT_TRUE(larger.model);
+  EXPECT_NE(CongruenceHash(*larger.model, *larger.model->FindRobot("quadruped")), hash);
   model::Robot shorter = robot;
   shorter.modules.pop_back();
   std::erase_if(shorter.dockings, [](const model::Docking& docking) {
