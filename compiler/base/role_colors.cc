@@ -51,6 +51,12 @@ Color PaletteColor(int index) {
   return color;
 }
 
+std::vector<Color> PaletteColors(size_t count) {
+  std::vector<Color> colors;
+  for (size_t i = 0; i < count; ++i) colors.push_back(PaletteColor(static_cast<int>(i)));
+  return colors;
+}
+
 std::string CssColor(const Color& color) {
   const auto byte = [](double c) { return static_cast<unsigned>(std::lround(c * 255)); };
   char text[16];

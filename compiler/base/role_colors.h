@@ -15,6 +15,8 @@ using Color = std::array<double, 3>;
 /// The color of entry `index` (0 or more) of a legend: twelve well separable ones, which then begin
 /// again, darker, and after 36 as they are. Modules by their index have these, too.
 [[nodiscard]] Color PaletteColor(int index);
+/// A color each for so many modules.
+[[nodiscard]] std::vector<Color> PaletteColors(size_t count);
 /// How many colors there are before they begin again.
 inline constexpr int kPaletteSize = 12;
 

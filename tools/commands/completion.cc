@@ -78,6 +78,7 @@ Json HelpAsJson(const CommandHelp& command) {
 
 /// All pages, as files of a folder.
 int WritePages(const CommandHelp& help, const ManualOptions& options, const std::string& version) {
+  // The folder may be there, and those above it need not.
   std::error_code error;
   std::filesystem::create_directories(options.folder, error);
   if (error) return Unusable(fmt::format("cannot make {}: {}", options.folder, error.message()));
@@ -107,6 +108,7 @@ int Manual(const CommandHelp& help, const ManualOptions& options) {
   if (!options.folder.empty() && options.json)
     return Unusable("--json prints one object, and --output writes manual pages: leave one out");
   if (!options.folder.empty()) return WritePages(help, options, version);
+  // Without a name it is the page of the program, which has the list of commands.
   const auto command = std::ranges::find(help.commands, options.command, &CommandHelp::name);
   if (!options.command.empty() && command == help.commands.end()) {
     std::vector<std::string> names;

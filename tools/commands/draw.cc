@@ -69,7 +69,8 @@ OutputKind KindOf(const std::string& path) {
 
 /// The scene of a model, a panel a view beside each other.
 int DrawOfModel(const DrawOptions& options, const std::vector<logger::View>& views) {
-  std::optional<logger::Drawing> drawing = DrawModel(options.model, options.output, options.force);
+  std::optional<logger::Drawing> drawing =
+      DrawModel(options.model, options.output, KindOf(options.output), options.force);
   if (!drawing) return kUnusable;
   const logger::Scene scene = std::move(drawing->panels[0].scene);
   drawing->panels.clear();
@@ -92,6 +93,7 @@ int DrawLog(const DrawOptions& options, const std::vector<logger::View>& views) 
     const char* lend = log->robot == nullptr ? " (--description lends it one)" : "";
     return Unusable(options.model.file + ": " + pictures.error().message + lend);
   }
+  // A video is encoded as it is drawn; the others are drawings, which are rendered here.
   const logger::PictureTimes times = {options.from, options.to};
   Result<std::string> picture = std::string();
   if (options.video) {
@@ -115,9 +117,8 @@ bool OfLog(const DrawOptions& options) {
   return options.at.has_value() || options.strip > 0 || options.video;
 }
 
-/// Why the options do not go together; empty if they do.
-std::string WhyNotTogether(const DrawOptions& options) {
-  const ModelPicture& model = options.model;
+/// What is wrong with the times; empty if nothing is.
+std::string WhyNotTimes(const DrawOptions& options) {
   if (options.at && !(std::isfinite(*options.at) && *options.at >= 0)) {
     return fmt::format("--at {}: expected a sim time, 0 s or later", *options.at);
   }
@@ -131,6 +132,58 @@ std::string WhyNotTogether(const DrawOptions& options) {
   if (options.to && *options.to < options.from) {
     return fmt::format("--from {} --to {}: --to must be the later time", options.from, *options.to);
   }
+  return "";
+}
+
+/// Which options of a model are given for a log; empty if none is.
+std::string WhyNotOfLog(const ModelPicture& model) {
+  if (!model.robot.empty()) {
+    return "--robot chooses from a model; a log (--at, --strip, --video) holds one robot: leave "
+           "--robot out";
+  }
+  if (!model.module.empty() || !model.program.empty() || !model.connection.empty() ||
+      model.number > 0) {
+    return "--module, --connection and --program draw from a model; a log has a robot and roles of "
+           "its own: leave them out";
+  }
+  if (!model.world.empty()) {
+    return "--world stands beside a model's robot; a log has its own world: leave --world out";
+  }
+  return "";
+}
+
+/// Why the options do not go together for a picture of a model; empty if they do.
+std::string WhyNotOfModel(const DrawOptions& options) {
+  const ModelPicture& model = options.model;
+  if (logger::BeginsAsLog(model.file)) {
+    return model.file +
+           " is a log: say with --at SECONDS which time of it to draw, or use --strip or --video";
+  }
+  // Each of these is another picture.
+  const bool of_robot = !(model.robot.empty() && model.program.empty() && model.world.empty());
+  const bool of_module = !model.module.empty();
+  const bool of_connection = model.number > 0;
+  if (int{of_robot} + int{of_module} + int{of_connection} > 1) {
+    return "--robot (with --program or --world), --module and --number are three pictures: choose "
+           "one of them";
+  }
+  if (!model.connection.empty() && !of_connection) {
+    return "--connection " + model.connection +
+           ": say with --number which of its ways to draw; morphbus connections lists them";
+  }
+  // What follows are options of a log.
+  if (!options.run.empty()) {
+    return "--run chooses from a log, and needs --at SECONDS, --strip or --video";
+  }
+  if (!options.description.empty()) {
+    return "--description is for a log, and needs --at SECONDS, --strip or --video";
+  }
+  return "";
+}
+
+/// Why the options do not go together; empty if they do.
+std::string WhyNotTogether(const DrawOptions& options) {
+  if (const std::string why = WhyNotTimes(options); !why.empty()) return why;
   // Without one of the three the file is a model.
   if ((options.at ? 1 : 0) + (options.strip > 0 ? 1 : 0) + (options.video ? 1 : 0) > 1) {
     return "--at, --strip and --video are three pictures: choose one of them";
@@ -141,43 +194,7 @@ std::string WhyNotTogether(const DrawOptions& options) {
     return options.video ? options.output + ": a video's name ends in .webp"
                          : options.output + ": WebP is for videos: add --video";
   }
-  // What follows are options of a log given for a model, and of a model given for a log.
-  if (!OfLog(options) && logger::BeginsAsLog(options.model.file)) {
-    return options.model.file +
-           " is a log: say with --at SECONDS which time of it to draw, or use --strip or --video";
-  }
-  if (OfLog(options) && !options.model.robot.empty()) {
-    return "--robot chooses from a model; a log (--at, --strip, --video) holds one robot: leave "
-           "--robot out";
-  }
-  if (OfLog(options) && (!model.module.empty() || !model.program.empty() || model.number > 0 ||
-                         !model.connection.empty())) {
-    return "--module, --connection and --program draw from a model; a log (--at, --strip, --video) "
-           "has "
-           "a "
-           "robot and roles: leave them out";
-  }
-  // Each of these is another picture of a model.
-  if ((model.robot.empty() && model.program.empty() && model.world.empty() ? 0 : 1) +
-          (model.module.empty() ? 0 : 1) + (model.number > 0 ? 1 : 0) >
-      1) {
-    return "--robot (with --program or --world), --module and --number are three pictures: choose "
-           "one of them";
-  }
-  if (!model.connection.empty() && model.number == 0) {
-    return "--connection " + model.connection +
-           ": say with --number which of its ways to draw; morphbus connections lists them";
-  }
-  if (!OfLog(options) && !options.run.empty()) {
-    return "--run chooses from a log, and needs --at SECONDS, --strip or --video";
-  }
-  if (OfLog(options) && !options.model.world.empty()) {
-    return "--world stands beside a model's robot; a log has its own world: leave --world out";
-  }
-  if (!OfLog(options) && !options.description.empty()) {
-    return "--description is for a log, and needs --at SECONDS, --strip or --video";
-  }
-  return "";
+  return OfLog(options) ? WhyNotOfLog(options.model) : WhyNotOfModel(options);
 }
 
 /// Checks the options and draws from the model or the log.

@@ -10,10 +10,9 @@
 #include "logger/show/robot_scenes.h"
 #include "sim/rigid_body_model.h"
 #include "tools/base/model_io.h"
-#include "tools/base/output_path.h"
+#include "tools/base/program.h"
 #include "tools/base/world_file.h"
 #include "tools/lsp/pictures.h"
-#include "tools/plan/plan_modules.h"
 #include "tools/roles/static_roles.h"
 #include "vm/image/image_texts.h"
 
@@ -36,7 +35,7 @@ std::optional<logger::Drawing> DrawModuleType(const model::Model& model, const s
       ModuleDrawing(model, static_cast<int>(type - model.module_types.data()), 0);
   if (drawing.panels.empty()) return Refuse(name + " has no shape that could be drawn");
   logger::Scene scene = std::move(drawing.panels[0].scene);
-  // The module frame is the world's: the module lies with its joints at 0.
+  // The module frame is the world's, so that positions in it are those of the picture.
   for (const model::Connector& connector : type->connectors) {
     scene.marks.push_back({connector.name, connector.p_MoCo_M});
   }
@@ -46,6 +45,7 @@ std::optional<logger::Drawing> DrawModuleType(const model::Model& model, const s
 /// Two modules, mated in one of the ways of a connection.
 std::optional<logger::Drawing> DrawMated(const model::Model& model, const std::string& name,
                                          int number) {
+  // The numbers are those of one connection.
   const model::ConnectionType* type = PickByName(model.connection_types, name, "connection");
   if (type == nullptr) return std::nullopt;
   const auto option = std::ranges::find(type->options, number, &model::ConnectionOption::number);
@@ -58,6 +58,7 @@ std::optional<logger::Drawing> DrawMated(const model::Model& model, const std::s
       MatedDrawing(model, static_cast<int>(type - model.connection_types.data()),
                    static_cast<int>(option - type->options.begin()), 0);
   if (drawing.panels.empty()) return Refuse(type->name + ": its modules have no shape to draw");
+  // The title says which connectors meet, in the words of `connections`.
   const std::string& a = model.module_types[type->type_a].connectors[option->connector_a].name;
   const std::string& b = model.module_types[type->type_b].connectors[option->connector_b].name;
   return DrawingOf(std::move(drawing.panels[0].scene),
@@ -82,12 +83,14 @@ std::optional<Colouring> ColourByRole(const model::Model& model, const ModelPict
   const std::optional<RunPlan> plan = PlanCompiled(run, model, *program);
   if (!plan) return std::nullopt;
   const Result<StaticRoles> roles = SettleRoles(*plan);
-  const Result<std::unique_ptr<PlanModules>> built = BuildModules(*plan);
   if (!roles) return Refuse(roles.error().message);
-  if (!built) return Refuse(built.error().message);
-  // A role has the colour that it has in reports and in the monitor.
+  const Result<std::unique_ptr<vm::VerifiedProgram>> verified = VerifyProgram(program->image);
+  if (!verified) return Refuse(verified.error().message);
+  // A role has the colour that it has in reports and in the monitor: that of its place among all
+  // roles of the program, whether or not a module takes it.
   RoleColors colors;
-  colors.Add(vm::PlayableRoles((*built)->images.program()));
+  colors.Add(vm::PlayableRoles(**verified));
+  // The legend has those that are taken.
   Colouring colouring;
   std::vector<std::string> played;
   for (const StaticRole& module : roles->modules) {
@@ -103,10 +106,7 @@ std::optional<logger::Drawing> DrawRobot(const model::Model& model, const ModelP
   const model::Robot* robot = PickRobot(model, picture.robot);
   if (robot == nullptr) return std::nullopt;
   // Without a program each module has a colour of its own.
-  Colouring colouring;
-  for (size_t m = 0; m < robot->modules.size(); ++m) {
-    colouring.colors.push_back(PaletteColor(static_cast<int>(m)));
-  }
+  Colouring colouring = {PaletteColors(robot->modules.size()), {}};
   if (!picture.program.empty()) {
     std::optional<Colouring> by_role = ColourByRole(model, picture);
     if (!by_role) return std::nullopt;
@@ -128,13 +128,13 @@ std::optional<logger::Drawing> DrawRobot(const model::Model& model, const ModelP
 }  // namespace
 
 std::optional<logger::Drawing> DrawModel(const ModelPicture& picture, const std::string& output,
-                                         bool force) {
+                                         const OutputKind& kind, bool force) {
   ModelSource source;
   const std::optional<model::Model> model = LoadModel({picture.file}, &source);
   if (!model) return std::nullopt;
+  // The picture may be none of the files that it is made of.
   std::vector<std::string> read = source.Files();
   if (!picture.program.empty()) read.push_back(picture.program);
-  const OutputKind kind = output.ends_with(".png") ? outputs::kPng : outputs::kSvg;
   if (!MayWrite(output, kind, force, read)) return std::nullopt;
   if (!picture.module.empty()) return DrawModuleType(*model, picture.module);
   if (picture.number > 0) return DrawMated(*model, picture.connection, picture.number);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "logger/show/drawing.h"
+#include "tools/base/output_path.h"
 
 namespace morphbus::tools {
 
@@ -21,9 +22,9 @@ struct ModelPicture {
 };
 
 /// The scene, the title and the legend; the caller chooses views and size. Nothing, after saying
-/// why, if it cannot be drawn. `output` is checked to be none of the files that were read, before
-/// anything takes long.
+/// why, if it cannot be drawn. `output`, of this kind, is checked to be none of the files that were
+/// read, before anything takes long.
 std::optional<logger::Drawing> DrawModel(const ModelPicture& picture, const std::string& output,
-                                         bool force);
+                                         const OutputKind& kind, bool force);
 
 }  // namespace morphbus::tools

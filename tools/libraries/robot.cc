@@ -46,6 +46,7 @@ std::vector<double> Robot::StartValues() const {
 }
 
 LinkPoses Robot::ForwardKinematics(std::span<const double> joint_values) const {
+  // Inside, values and poses are kept module by module, and here in one row.
   const model::KinematicState state = model::ForwardKinematics(
       content_->of_model->model, content_->robot, content_->ByModule(joint_values));
   LinkPoses poses = {{}, state.closure_m, state.closure_rad};
@@ -64,6 +65,7 @@ Jacobian Robot::JacobianOf(int link, std::span<const double> joint_values) const
   const auto computed =
       model::Jacobian(content_->of_model->model, content_->robot, content_->ByModule(joint_values),
                       module, link - content_->first_link[module]);
+  // It is told row by row, as an array of rows by columns lies in memory.
   Jacobian jacobian;
   jacobian.columns = joints().size();
   for (int row = 0; row < 6; ++row) {
@@ -75,6 +77,7 @@ Jacobian Robot::JacobianOf(int link, std::span<const double> joint_values) const
 KinematicGraph Robot::Graph() const {
   const model::KinematicGraph computed =
       model::BuildKinematicGraph(content_->of_model->model, content_->robot);
+  // Parts are told by their places among all links and joints of the robot.
   KinematicGraph graph;
   for (const model::Body& body : computed.bodies) {
     std::vector<int>& of_body = graph.bodies.emplace_back();
@@ -111,6 +114,7 @@ Congruence Robot::CompareWith(const Robot& other) const {
   answer.complete = computed.count_complete;
   answer.reason = computed.reason;
   if (!computed.congruent()) return answer;
+  // Of several ways the first is told, which keeps the robot frame if any does.
   const congruence::Mapping& way = computed.mappings.front();
   answer.keeps_frame = way.keeps_frame;
   answer.modules = way.module_to;
@@ -130,6 +134,7 @@ Congruence Robot::CompareWith(const Robot& other) const {
 
 std::vector<Robot> Robot::Variants(size_t most, std::optional<uint64_t> seed) const {
   std::vector<Robot> robots;
+  // Each belongs to the same model, whose types of modules it is made of.
   for (congruence::Variant& variant :
        congruence::Variants(content_->of_model->model, content_->robot, {most, seed})) {
     robots.emplace_back(std::make_shared<Content>(content_->of_model, std::move(variant.robot)));

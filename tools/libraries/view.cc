@@ -63,12 +63,9 @@ std::string DrawRobot(const Robot& robot, std::span<const double> joint_values,
     const model::JointValues by_module = robot.content()->ByModule(joint_values);
     for (size_t m = 0; m < by_module.size(); ++m) posed.modules[m].start = by_module[m];
   }
-  std::vector<Color> colors;
-  for (size_t m = 0; m < posed.modules.size(); ++m) {
-    colors.push_back(PaletteColor(static_cast<int>(m)));
-  }
-  const logger::Scene scene =
-      logger::SceneOf(model, posed, sim::PlaceOnGround(model, posed), colors);
+  // It stands where a run of it begins, each module in a colour of its own.
+  const logger::Scene scene = logger::SceneOf(model, posed, sim::PlaceOnGround(model, posed),
+                                              PaletteColors(posed.modules.size()));
   logger::Drawing drawing;
   drawing.title = robot.name();
   for (const logger::View view : ToInternal(views)) drawing.panels.push_back({scene, view, ""});

@@ -33,10 +33,7 @@ logger::Drawing RobotDrawing(const model::Model& model, const model::Robot& robo
   logger::Drawing drawing;
   drawing.panel_width_px = width_px;
   if (robot.modules.size() > kMostDrawn) return drawing;
-  std::vector<Color> used = colors;
-  for (size_t m = used.size(); m < robot.modules.size(); ++m) {
-    used.push_back(PaletteColor(static_cast<int>(m)));
-  }
+  const std::vector<Color> used = colors.empty() ? PaletteColors(robot.modules.size()) : colors;
   const model::KinematicState state =
       model::ForwardKinematics(model, robot, model::StartValues(robot));
   logger::Panel panel;

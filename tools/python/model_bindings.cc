@@ -18,7 +18,9 @@ std::vector<double> JointValues(const Robot& robot, const std::optional<std::vec
 
 }  // namespace
 
+/// Types of modules and connections, and models with what checks their source.
 void AddModel(py::module_& m) {
+  // What is compiled or compared may take long, so that Python's other threads go on (Released).
   py::class_<ModuleType>(m, "ModuleType", "A type of module, by the names of its parts.")
       .def_readonly("name", &ModuleType::name)
       .def_readonly("links", &ModuleType::links)
@@ -63,6 +65,7 @@ void AddModel(py::module_& m) {
       .def(py::pickle(
           [](const Model& model) { return py::bytes(model.Bytes()); },
           [](const py::bytes& bytes) { return Model::FromBytes(std::string_view(bytes)); }));
+  // Like Model(path), but what it finds is an answer and no exception.
   m.def(
       "check",
       [](const std::string& path) {
@@ -82,7 +85,9 @@ void AddModel(py::module_& m) {
       py::arg("text"));
 }
 
+/// Robots, their parts, and what is computed of them.
 void AddRobot(py::module_& m) {
+  // Parts are told as in C++: by their places in the robot's lists.
   py::enum_<JointType>(m, "JointType")
       .value("revolute", JointType::kRevolute)
       .value("continuous", JointType::kContinuous)
@@ -118,6 +123,7 @@ void AddRobot(py::module_& m) {
       .def_readonly("connector_b", &Connection::connector_b)
       .def_readonly("connection", &Connection::connection)
       .def_readonly("number", &Connection::number);
+  // Poses become one array for all links.
   py::class_<LinkPoses>(
       m, "LinkPoses",
       "Poses of all links in the robot frame, in the order of Robot.links: position (n, 3; m), "
@@ -136,6 +142,7 @@ void AddRobot(py::module_& m) {
                              })
       .def_readonly("closure_m", &LinkPoses::closure_m)
       .def_readonly("closure_rad", &LinkPoses::closure_rad);
+  // The classes within a class are declared before the members that have their type.
   py::class_<KinematicGraph> graph(m, "KinematicGraph");
   py::class_<KinematicGraph::Edge>(graph, "Edge")
       .def_readonly("joint", &KinematicGraph::Edge::joint)
@@ -164,6 +171,7 @@ void AddRobot(py::module_& m) {
       .def_readonly("masses_equal", &Congruence::masses_equal)
       .def_readonly("hulls_equal", &Congruence::hulls_equal)
       .def("__bool__", [](const Congruence& answer) { return answer.congruent; });
+  // Links and joints are named here, where the library takes their places.
   py::class_<Robot>(m, "Robot", "A robot of a model. Joint values are in the order of joints.")
       .def_property_readonly("name", &Robot::name)
       .def_property_readonly("model", &Robot::model)
@@ -209,6 +217,7 @@ void AddRobot(py::module_& m) {
            [](const Robot& robot) { return DrawRobot(robot, {}, {View::kThreeQuarter}); });
 }
 
+/// Programs with their roles and parameters.
 void AddProgram(py::module_& m) {
   py::class_<Parameter>(m, "Parameter", "A parameter of a program, with its value and its range.")
       .def_readonly("name", &Parameter::name)

@@ -3,6 +3,7 @@ import { readFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { defineConfig } from 'vitepress';
+import { slug } from './slug.mjs';
 
 const here = dirname(fileURLToPath(import.meta.url));
 const json = (name) => JSON.parse(readFileSync(join(here, name), 'utf8'));
@@ -41,7 +42,7 @@ export default defineConfig({
   markdown: {
     // The documents are GitHub's Markdown: no HTML in them, and headings have the names that GitHub gives them.
     html: false,
-    anchor: { slugify: (text) => text.toLowerCase().replace(/[^\p{L}\p{N}_\- ]/gu, '').replaceAll(' ', '-') },
+    anchor: { slugify: slug },
     languages: [grammar('m3l.json', ['m3l']), grammar('dynarole.json', ['dyn', 'dynarole'])],
     toc: { level: [2, 3] },
   },

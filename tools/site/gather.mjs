@@ -1,10 +1,11 @@
 // Puts the pages of the site together, in the folder of --output: docs/*.md as they are, what stands in README.md, lcmtypes/ and
 // CONTRIBUTING.md, a page a command, a page a library, and one for Python.
 import { execFileSync } from 'node:child_process';
-import { cpSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { cpSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
+import { slug } from './slug.mjs';
 
 const { values, positionals } = parseArgs({
   options: { source: { type: 'string' }, morphbus: { type: 'string' }, python: { type: 'string' }, output: { type: 'string' } },
@@ -83,8 +84,7 @@ function writeCommands() {
   const pages = program.commands.map((command) => {
     // docs/cli.md explains some of the commands under one heading.
     const heading = explained.match(new RegExp(`^### (.*\`${command.name}\`.*)$`, 'm'))?.[1];
-    const anchor = heading?.toLowerCase().replace(/[^\w\- ]/g, '').replaceAll(' ', '-');
-    const more = anchor ? ` [What it prints and how it is meant](../cli.md#${anchor}).` : '';
+    const more = heading ? ` [What it prints and how it is meant](../cli.md#${slug(heading)}).` : '';
     const text = commandText(command, `morphbus ${command.name}`, '#');
     write(`commands/${command.name}.md`, text.replace(`\n\n${command.what}.`, (line) => line + more));
     return { text: command.name, link: `/commands/${command.name}`, what: command.what };
@@ -131,8 +131,7 @@ if (values.python) {
 }
 write('.vitepress/sections.json', JSON.stringify(sections));
 for (const language of ['m3l', 'dynarole']) cpSync(join(source, `tools/editor/${language}.tmLanguage.json`), join(output, `.vitepress/${language}.json`));
-for (const file of ['config.mjs', 'theme/index.mjs', 'theme/style.css']) cpSync(join(here, file), join(output, '.vitepress', file));
+for (const file of ['config.mjs', 'slug.mjs', 'theme/index.mjs', 'theme/style.css']) cpSync(join(here, file), join(output, '.vitepress', file));
 cpSync(join(here, 'index.md'), join(output, 'index.md'));
 // The first page names its picture by where it lies on the site.
 cpSync(join(source, 'docs/pictures/walking.webp'), join(output, 'public/walking.webp'));
-if (!existsSync(join(output, 'tutorial.md'))) throw new Error('the documents are not there');
