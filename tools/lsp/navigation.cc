@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <filesystem>
+#include <iterator>
 #include <tuple>
 #include <utility>
 
@@ -92,6 +94,30 @@ void SortByPlace(std::vector<Occurrence>* found) {
       std::unique(found->begin(), found->end(),
                   [&](const Occurrence& x, const Occurrence& y) { return place(x) == place(y); }),
       found->end());
+}
+
+/// The first place of file 0 where a name of a text that was renamed means another thing than it
+/// did, or no thing any more; nothing if both texts say the same.
+std::optional<source::Span> FirstOtherMeaning(const source::NameTable& before,
+                                              const source::NameTable& after) {
+  const auto uses_of = [](const source::NameTable& table) {
+    std::vector<source::NameUse> uses;
+    std::copy_if(table.uses.begin(), table.uses.end(), std::back_inserter(uses),
+                 [](const source::NameUse& use) { return use.span.file == 0; });
+    return uses;
+  };
+  const std::vector<source::NameUse> olds = uses_of(before), news = uses_of(after);
+  // The things of both tables in pairs, as they are met.
+  std::map<int, int> new_of_old, old_of_new;
+  for (size_t i = 0; i < std::min(olds.size(), news.size()); ++i) {
+    const int is = news[i].thing, was = olds[i].thing;
+    const bool same = new_of_old.try_emplace(was, is).first->second == is &&
+                      old_of_new.try_emplace(is, was).first->second == was &&
+                      olds[i].declares == news[i].declares;
+    if (!same) return news[i].span;
+  }
+  if (olds.size() == news.size()) return std::nullopt;
+  return news.empty() ? source::Span{0, 0, 0} : news.back().span;
 }
 
 std::string InSmallLetters(std::string text) {
@@ -257,6 +283,8 @@ Result<Json> Navigation::Rename(const std::string& path, size_t offset, const st
   const NamedThing thing = names.table->things[names.table->At(0, offset)->thing];
   for (const NamedThing& other : names.table->things) {
     if (other.owner != thing.owner || other.name != name || other.extent.file < 0) continue;
+    // Variables share a name where neither is seen by the other.
+    if (thing.kind == NameKind::kVariable && other.kind == NameKind::kVariable) continue;
     return Fail("there is another '" + name + "'");
   }
   // What stands for the thing in programs follows from its new name.
@@ -268,13 +296,42 @@ Result<Json> Navigation::Rename(const std::string& path, size_t offset, const st
     // Programs have the keyword of a thing of a model; what stands before either stays.
     const std::string& text = IsModelPath(one.path) == model ? name : keyword;
     if (!one.text.ends_with(one.name)) continue;
-    edits[workspace_.UriOf(one.path)].push_back(
+    edits[one.path].push_back(
         {{"range", one.range},
          {"newText", one.text.substr(0, one.text.size() - one.name.size()) + text}});
   }
+  if (const std::optional<std::string> why = WhyMeaningsChange(edits)) return Fail(*why);
   Json changes = Json::object();
-  for (auto& [uri, list] : edits) changes[uri] = std::move(list);
+  for (auto& [file, list] : edits) changes[workspace_.UriOf(file)] = std::move(list);
   return Json{{"changes", changes}};
+}
+
+std::optional<std::string> Navigation::WhyMeaningsChange(
+    const std::map<std::string, Json>& edits) {
+  std::map<std::string, std::string> texts;
+  for (const auto& [path, list] : edits) {
+    Document changed;
+    changed.Set(std::string(NamesOf(path).sources->text(0)));
+    // From the last to the first, the places before an edit stay.
+    for (auto edit = list.rbegin(); edit != list.rend(); ++edit) {
+      changed.Change({{"range", (*edit)["range"]}, {"text", (*edit)["newText"]}}, encoding_);
+    }
+    texts[path] = changed.text();
+  }
+  // All is compiled as it would be: no rule about scopes has to be known here.
+  Workspace renamed = workspace_.WithTexts(texts);
+  Navigation after(&renamed, encoding_);
+  for (const auto& [path, text] : texts) {
+    const Names old_names = NamesOf(path), new_names = after.NamesOf(path);
+    const std::optional<source::Span> place =
+        FirstOtherMeaning(*old_names.table, *new_names.table);
+    if (!place) continue;
+    const source::SourceSet& sources = *new_names.sources;
+    return fmt::format("{}:{}: '{}' would mean something else than now: choose another name",
+                       std::filesystem::path(path).filename().string(),
+                       sources.LineOf(0, place->begin), sources.text(*place));
+  }
+  return std::nullopt;
 }
 
 Json Navigation::Outline(const std::string& path) {

@@ -93,6 +93,21 @@ Document* Workspace::Find(const std::string& uri) {
   return found == documents_.end() ? nullptr : &found->second;
 }
 
+Workspace Workspace::WithTexts(const std::map<std::string, std::string>& texts) const {
+  Workspace other;
+  other.SetFolders(folders_);
+  other.SetModels(models_);
+  for (const auto& [uri, document] : documents_) {
+    if (!texts.contains(document.path)) {
+      other.Open(uri, document.is_model() ? "m3l" : "dynarole", 1, std::string(document.text()));
+    }
+  }
+  for (const auto& [path, text] : texts) {
+    other.Open(UriOf(path), path.ends_with(".m3l") ? "m3l" : "dynarole", 1, text);
+  }
+  return other;
+}
+
 std::string Workspace::UriOf(const std::string& path) const {
   for (const auto& [uri, document] : documents_) {
     if (document.path == path) return uri;

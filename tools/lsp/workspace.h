@@ -67,6 +67,9 @@ class Workspace {
   [[nodiscard]] Document* Find(const std::string& uri);
   [[nodiscard]] const std::map<std::string, Document>& documents() const { return documents_; }
 
+  /// A workspace of the same folders and texts, but for some of which the text is another, by path.
+  [[nodiscard]] Workspace WithTexts(const std::map<std::string, std::string>& texts) const;
+
   /// The URI of a file: of one that is open as the editor writes it.
   [[nodiscard]] std::string UriOf(const std::string& path) const;
 
