@@ -7,7 +7,8 @@ install(DIRECTORY models DESTINATION share/morphbus)
 # For other LCM programs, which make their own code of them.
 install(DIRECTORY lcmtypes DESTINATION share/morphbus FILES_MATCHING PATTERN "*.lcm" PATTERN "README.md")
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR} FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN "*.svg")
+install(CODE "set(folder \"${CMAKE_INSTALL_DOCDIR}\")\nset(source \"${CMAKE_SOURCE_DIR}\")")
+install(SCRIPT cmake/InstallDocuments.cmake)
 
 set(shell tools/shell/morphbus)
 install(FILES ${shell}.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME morphbus)

@@ -8,11 +8,15 @@ import select
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
 
 from support import BIN, LIMIT, MODEL, SOURCE, as_json, command, morphbus
+
+sys.path.insert(0, str(SOURCE / 'test/docs'))
+import links_test  # noqa: E402
 
 QUADRUPED = SOURCE / 'models/programs/quadruped_careful.dyn'
 
@@ -233,6 +237,10 @@ class Installed(unittest.TestCase):
             page = subprocess.run(['man', '-M', prefix / 'share/man', '-P', 'cat', 'morphbus-run'], check=True, capture_output=True, text=True,
                                   timeout=LIMIT)
             self.assertIn('morphbus-run(1)', re.sub('.\b', '', page.stdout))
+            # The documents lead to one another there, too.
+            documents = sorted((prefix / 'share/doc').glob('*/*.md'))
+            self.assertIn('tutorial.md', [path.name for path in documents])
+            self.assertEqual([wrong for path in documents for wrong in links_test.broken(path)], [])
             # Where the monitor's page was built it is there, too.
             for built in BIN.parent.glob('share/morphbus/*/*'):
                 self.assertTrue((prefix / built.relative_to(BIN.parent)).exists(), built)

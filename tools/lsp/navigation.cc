@@ -306,8 +306,7 @@ Result<Json> Navigation::Rename(const std::string& path, size_t offset, const st
   return Json{{"changes", changes}};
 }
 
-std::optional<std::string> Navigation::WhyMeaningsChange(
-    const std::map<std::string, Json>& edits) {
+std::optional<std::string> Navigation::WhyMeaningsChange(const std::map<std::string, Json>& edits) {
   std::map<std::string, std::string> texts;
   for (const auto& [path, list] : edits) {
     Document changed;
@@ -323,8 +322,7 @@ std::optional<std::string> Navigation::WhyMeaningsChange(
   Navigation after(&renamed, encoding_);
   for (const auto& [path, text] : texts) {
     const Names old_names = NamesOf(path), new_names = after.NamesOf(path);
-    const std::optional<source::Span> place =
-        FirstOtherMeaning(*old_names.table, *new_names.table);
+    const std::optional<source::Span> place = FirstOtherMeaning(*old_names.table, *new_names.table);
     if (!place) continue;
     const source::SourceSet& sources = *new_names.sources;
     return fmt::format("{}:{}: '{}' would mean something else than now: choose another name",

@@ -73,8 +73,8 @@ class Navigation {
                          std::vector<Occurrence>* found);
   /// Everything that has the name at a byte of the file; of a keyword all its parts.
   std::vector<Occurrence> Find(const std::string& path, size_t offset);
-  /// What hinders the edits ({path: [TextEdit]}) of a renaming: a name that would mean another thing
-  /// than before, or a new error. Nothing if each name keeps its meaning.
+  /// What hinders the edits ({path: [TextEdit]}) of a renaming: a name that would mean another
+  /// thing than before, or a new error. Nothing if each name keeps its meaning.
   [[nodiscard]] std::optional<std::string> WhyMeaningsChange(
       const std::map<std::string, Json>& edits);
 
