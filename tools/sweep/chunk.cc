@@ -112,7 +112,7 @@ void HeldParts::Put(const std::string& hash, Bytes bytes) {
 }
 
 void HeldParts::Use(const std::vector<std::string>& hashes) {
-  std::ranges::stable_partition(parts_, [&hashes](const auto& part) {
+  std::stable_partition(parts_.begin(), parts_.end(), [&hashes](const auto& part) {
     return std::ranges::find(hashes, part.first) == hashes.end();
   });
   const size_t most = kHeldParts + hashes.size();

@@ -35,7 +35,8 @@ void FileReader::CheckNames(const SweepFile& sweep, const std::vector<SweepAxis>
     for (const auto& [name, value] : run.items()) known.push_back(name);
   }
   for (const auto& [name, span] : named_) {
-    const auto is_known = [&name](const std::string& one) {
+    // Older compilers capture no part of a binding.
+    const auto is_known = [&name = name](const std::string& one) {
       return name == one || name.starts_with(one + ".");
     };
     if (std::ranges::any_of(known, is_known)) continue;
