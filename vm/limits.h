@@ -24,6 +24,9 @@ constexpr T Capacity(T large, T small) {
   return kSmallProfile ? small : large;
 }
 
+/// True if the instructions that the quadruped needs none of are there (vm/image/opcodes.def, the
+/// last ones). Images that have them are refused where they are not.
+inline constexpr bool kHoldsAllInstructions = !kSmallProfile;
 /// True if images may bring names and source lines (vm/image/notes.cc), for people.
 inline constexpr bool kHoldsNotes = !kSmallProfile;
 

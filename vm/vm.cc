@@ -24,7 +24,7 @@ Vm::Vm(const VmConfig& config, const VerifiedKinematics& kinematics, const Verif
 void Vm::Tick(const TickInput& input, TickOutput* output) {
   // Outputs are written from scratch, so that they depend on state and input alone.
   new (output) TickOutput();
-  Context context{config_, kinematics_, *program_, state_, output, observer_};
+  Context context{config_, kinematics_, *program_, state_, output, observer_, &input};
   ModuleServices services(&context);
   // Before the first tick no time has passed.
   const int64_t dt_us = state_.started ? input.sim_time_us - state_.sim_time_us : 0;

@@ -35,6 +35,8 @@ enum class ExprKind : uint8_t {
   kUnary,  ///< -x, !x
   /// An operator between two operands: x + y, a && b.
   kBinary,
+  /// c ? x : y, of which one is evaluated: the operands in this order.
+  kChoice,
   /// x.NAME, without parentheses; where these follow, it is the base of a kCall.
   kMember,
   /// A call with parentheses: f(x), x.NAME(y). Its first operand is what is called.
@@ -102,6 +104,8 @@ enum class Meaning : uint8_t {
   /// Expr::opcode follows the operands.
   kBuiltin,
   kCount,  ///< sizeof: the number of members of its operand, a set.
+  /// int(x) or float(x): the operand as a number of the call's own type.
+  kConvert,
 };
 
 /// An expression: what the parser read, and below it what the checker found out about it.
@@ -139,12 +143,16 @@ struct Expr {
 };
 using ExprPtr = std::unique_ptr<Expr>;
 
+/// Whether it is a call of floor or round, whose value is an int.
+bool IsWholeNumber(const Expr& expr);
+
 /// The form of a statement.
 enum class StmtKind : uint8_t {
   kExpr,
   kAssign,
   kVar,
   kIf,
+  kSwitch,
   kWhile,
   kFor,
   kBreak,
@@ -152,6 +160,14 @@ enum class StmtKind : uint8_t {
   kReturn,
   kBlock,
   kError,
+};
+
+/// What leads to one of the blocks of a switch: `case A, B:` or `default:`.
+struct SwitchCase {
+  source::Span span;  ///< Its text, up to the colon.
+  /// The values, which are known at compile time; none for `default`.
+  std::vector<ExprPtr> values;
+  [[nodiscard]] bool is_default() const { return values.empty(); }
 };
 
 /// A statement: as for expressions, the parser fills in what it read, and the checker the rest.
@@ -169,11 +185,14 @@ struct Stmt {
   /// The statements of a block; the then and perhaps the else branch of an if; the body of a while;
   /// what a for does first, what it does after each round (empty blocks if nothing), and its body.
   std::vector<std::unique_ptr<Stmt>> body;
+  /// Of a switch: what leads to each statement of `body`, which are blocks.
+  std::vector<SwitchCase> cases;
 
   // The checker sets the rest.
   Meaning meaning = Meaning::kNone;  ///< kLocal or kField, of what is set.
-  int index = -1;                    ///< Slot of that local or field.
-  Type type = Type::kUnknown;        ///< Of that local or field.
+  /// Slot of that local or field; of a switch that of the local that holds what it looks at.
+  int index = -1;
+  Type type = Type::kUnknown;  ///< Of that local or field.
 };
 using StmtPtr = std::unique_ptr<Stmt>;
 
@@ -231,6 +250,14 @@ struct ConstantDecl {
   ExprPtr expr;
   /// Of a parameter: the range that its values are in; null for a constant.
   ExprPtr least, most;
+  /// Which enumeration it is a value of, by its number in the program; -1 for none.
+  int enumeration = -1;
+};
+
+/// `enum NAME { A, B = 5, C }`: ints with names, each one more than the one before, from 0 on.
+struct Enumeration {
+  std::string name;
+  source::Span name_span;
 };
 
 /// A role as it is declared, without what it inherits.
@@ -256,6 +283,11 @@ struct Program {
   std::vector<Role> roles;
   /// Constants that stand outside all roles.
   std::vector<ConstantDecl> constants;
+  /// Those of the program and of all its roles; their values are constants where they stand.
+  std::vector<Enumeration> enumerations;
+  /// The root of all roles where functions stand outside all of them, which are its members; else
+  /// null.
+  std::unique_ptr<Role> root;
 };
 
 /// "field", "label", "requirement": the kind of member as messages say it.

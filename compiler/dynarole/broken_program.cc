@@ -20,7 +20,8 @@ void FillExpr(const source::Span& span, ExprPtr* expr) {
 void FillStatement(Stmt* statement) {
   const StmtKind kind = statement->kind;
   const bool branches = kind == StmtKind::kIf || kind == StmtKind::kWhile;
-  if (branches || kind == StmtKind::kVar || kind == StmtKind::kAssign || kind == StmtKind::kExpr) {
+  if (branches || kind == StmtKind::kSwitch || kind == StmtKind::kVar ||
+      kind == StmtKind::kAssign || kind == StmtKind::kExpr) {
     FillExpr(statement->span, &statement->expr);
   }
   if (branches && statement->body.empty()) {
@@ -43,6 +44,7 @@ void FillRole(Role* role) {
 source::NameTable NamesOfBroken(const source::SourceSet& sources,
                                 const keywords::KeywordTable& keywords, Program* program) {
   for (Role& role : program->roles) FillRole(&role);
+  if (program->root != nullptr) FillRole(program->root.get());
   source::Diagnostics unsaid;
   ProgramModel model = BuildModel(program, &unsaid);
   Check(keywords, &model, &unsaid);

@@ -51,6 +51,13 @@ Type BuiltinChecker::Infer(const std::vector<Builtin>& table, const std::string&
   expr->meaning = Meaning::kBuiltin;
   expr->opcode = form->opcode;
   if (form->motion != Motion::kAny) CheckMotion(*form, *call->operands[1]);
+  if (form->opcode == vm::Opcode::kPlace) {
+    const FoldResult axis = Fold(*call->operands[1]);
+    if (axis.value && axis.value->cell.bits == 0) {
+      pass_.Error(call->operands[1]->span, "'self.place' needs one axis").hint =
+          "for example self.place($NORTH_SOUTH): millimetres to the north";
+    }
+  }
   if (form->opcode == vm::Opcode::kJoints || form->opcode == vm::Opcode::kLinks) {
     CheckCount(*form, *call->operands.back());
   }
@@ -59,7 +66,7 @@ Type BuiltinChecker::Infer(const std::vector<Builtin>& table, const std::string&
   if (vm::InfoOf(form->opcode).operand == vm::OperandKind::kSensorKindKeyword) {
     return parts_.UseSensorKind(expr, member->name_span);
   }
-  return TypePushedBy(form->opcode);
+  return IsWholeNumber(*expr) ? Type::kInt : TypePushedBy(form->opcode);
 }
 
 void BuiltinChecker::CheckMotion(const Builtin& builtin, const Expr& joint) {

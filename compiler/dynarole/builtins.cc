@@ -27,6 +27,7 @@ const std::vector<Builtin>& SelfBuiltins() {
        "self.jointSetDegreesNonBlocking(joint, degrees)", Motion::kTurns},
       {"jointDegrees", "j", Opcode::kJointDegrees, false, "self.jointDegrees(joint)"},
       {"jointEffort", "j", Opcode::kJointEffort, false, "self.jointEffort(joint)"},
+      {"jointVelocity", "j", Opcode::kJointVelocity, false, "self.jointVelocity(joint)"},
       {"turnContinuous", "jf", Opcode::kTurnContinuous, false,
        "self.turnContinuous(joint, degrees_per_second)", Motion::kTurns},
       // What turns counts in degrees, what slides in millimetres; each names its unit.
@@ -46,6 +47,11 @@ const std::vector<Builtin>& SelfBuiltins() {
       {"time", "", Opcode::kTime, true, "self.time"},
       {"ms", "", Opcode::kMilliseconds, true, "self.ms"},
       {"hops", "", Opcode::kHops, true, "self.hops"},
+      // Who the module is, and where.
+      {"id", "", Opcode::kId, true, "self.id"},
+      {"role", "", Opcode::kOwnRole, true, "self.role"},
+      {"place", "a", Opcode::kPlace, false, "self.place(axis)"},
+      {"heading", "", Opcode::kHeading, true, "self.heading"},
       // Sensors are asked by where they look, in the world; those of a name are in SensorBuiltins.
       {"distance", "d", Opcode::kDistance, false, "self.distance(direction)"},
       {"contact", "d", Opcode::kContact, false, "self.contact(direction)"},
@@ -69,6 +75,13 @@ const std::vector<Builtin>& FunctionBuiltins() {
       {"max", "ff", Opcode::kMax, false, "max(x, y)"},
       {"floor", "f", Opcode::kFloor, false, "floor(x)"},
       {"round", "f", Opcode::kRound, false, "round(x)"},
+      {"sign", "f", Opcode::kSign, false, "sign(x)"},
+      {"exp", "f", Opcode::kExp, false, "exp(x)"},
+      {"log", "f", Opcode::kLog, false, "log(x)"},
+      {"pow", "ff", Opcode::kPow, false, "pow(x, y)"},
+      // The lesser of `most` and the greater of the other two: two instructions, of which this is
+      // the last.
+      {kClamp, "fff", Opcode::kMin, false, "clamp(x, least, most)"},
       // The numbers follow from the seed of the run.
       {"random", "ff", Opcode::kRandom, false, "random(lowest, highest)"},
       {"axis", "d", Opcode::kAxisOf, false, "axis(direction)"},

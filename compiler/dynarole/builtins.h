@@ -38,6 +38,13 @@ inline constexpr NamedDirection kDirections[] = {
 /// The direction or axis of that name, null if there is none.
 const NamedDirection* FindDirection(std::string_view name);
 
+/// The function of the language that is two instructions, kMax and kMin.
+inline constexpr const char* kClamp = "clamp";
+
+/// A number that every program knows by its name, unless it has something of its own there.
+inline constexpr std::string_view kPiName = "PI";
+inline constexpr float kPi = 3.14159265f;
+
 /// Which joints a call can move: any, revolute and continuous ones, or prismatic ones.
 enum class Motion : uint8_t { kAny, kTurns, kSlides };
 

@@ -83,6 +83,9 @@ class FunctionGenerator : private ExpressionGenerator {
       case StmtKind::kIf:
         EmitIf(statement);
         break;
+      case StmtKind::kSwitch:
+        EmitSwitch(statement);
+        break;
       case StmtKind::kWhile:
         EmitWhile(statement);
         break;
@@ -150,6 +153,37 @@ class FunctionGenerator : private ExpressionGenerator {
     }
   }
 
+  void EmitSwitch(const Stmt& statement) {
+    const uint16_t outer = set_locals;
+    EmitExpr(*statement.expr);
+    Emit(Opcode::kStoreLocal, {statement.index});
+    // Values are tried in their order; what none of them is goes to `default`, or past the switch.
+    std::vector<Target> blocks(statement.body.size());
+    Target end;
+    Target* otherwise = &end;
+    for (size_t i = 0; i < blocks.size(); ++i) {
+      if (statement.cases[i].is_default()) otherwise = &blocks[i];
+      for (const ExprPtr& value : statement.cases[i].values) {
+        MarkLine(value->span);
+        Emit(Opcode::kLoadLocal, {statement.index}, {.type = ValueTypeOf(statement.type)});
+        EmitExpr(*value);
+        Emit(Opcode::kEqual);
+        Jump(Opcode::kJumpIfTrue, &blocks[i]);
+      }
+    }
+    Jump(Opcode::kJump, otherwise);
+    // A break leaves the switch, a continue goes on with the loop around it.
+    loops_.push_back({loops_.empty() ? nullptr : loops_.back().next, &end});
+    for (size_t i = 0; i < blocks.size(); ++i) {
+      Place(&blocks[i]);
+      EmitBranch(*statement.body[i]);
+      if (reachable) Jump(Opcode::kJump, &end);
+    }
+    loops_.pop_back();
+    Place(&end);
+    set_locals = outer;
+  }
+
   void EmitWhile(const Stmt& statement) {
     const std::optional<bool> known = KnownCondition(*statement.expr);
     // A loop that never begins leaves no code.
@@ -193,34 +227,6 @@ class FunctionGenerator : private ExpressionGenerator {
     set_locals = outer;
   }
 
-  // Jumps if the condition does not hold, without making a bool of it where that is possible.
-  void EmitJumpUnless(const Expr& condition, Target* target) {
-    // Either side of `&&` may send it to the target.
-    if (condition.kind == ExprKind::kBinary && condition.op == Operator::kAnd) {
-      EmitJumpUnless(*condition.operands[0], target);
-      EmitJumpUnless(*condition.operands[1], target);
-      return;
-    }
-    // `!x` jumps on the opposite.
-    if (condition.kind == ExprKind::kUnary && condition.op == Operator::kNot) {
-      EmitExpr(*condition.operands[0]);
-      Jump(Opcode::kJumpIfTrue, target);
-      return;
-    }
-    // `a > b` is the negation of `a <= b`, for which there is an instruction.
-    if (condition.kind == ExprKind::kBinary &&
-        (condition.op == Operator::kGreater || condition.op == Operator::kGreaterEqual)) {
-      EmitExpr(*condition.operands[0]);
-      EmitExpr(*condition.operands[1]);
-      EmitOrder(condition, condition.op == Operator::kGreaterEqual);
-      Jump(Opcode::kJumpIfTrue, target);
-      return;
-    }
-    // Any other condition is computed as a bool.
-    EmitExpr(condition);
-    Jump(Opcode::kJumpIfFalse, target);
-  }
-
   // Jumps if the condition holds.
   void EmitJumpIf(const Expr& condition, Target* target) {
     // Of `a && b` the first may keep from the target, and the second sends to it.
@@ -251,12 +257,12 @@ class FunctionGenerator : private ExpressionGenerator {
 
   // Where `continue` and `break` go in the loop that is being emitted.
   struct Loop {
-    Target* next;
+    Target* next;  ///< Null in a switch that is in no loop.
     Target* end;
   };
 
   const Routine& routine_;
-  std::vector<Loop> loops_;  // The innermost last.
+  std::vector<Loop> loops_;  // The innermost last, switches among them.
 };
 
 // Cells that a function and all it may call need, as the verifier counts them.

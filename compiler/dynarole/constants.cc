@@ -139,14 +139,28 @@ FoldResult FoldBinary(const Expr& expr, const FieldValues* fields) {
   return FoldComparison(expr.op, a.cell.AsInt(), b.cell.AsInt());
 }
 
+FoldResult WholeNumber(float value) {
+  int32_t number = 0;
+  return vm::ToInt(value, &number) ? Value(Type::kInt, Cell::Int(number))
+                                   : Faulty(FaultCode::kIntegerOverflow);
+}
+
+// `int(x)` and `float(x)` of a number that is known.
+FoldResult FoldConversion(const Expr& expr, const FieldValues* fields) {
+  const FoldResult number = Fold(*expr.operands[1], fields);
+  if (!number.value || number.value->type == expr.type) return number;
+  if (expr.type == Type::kInt) return WholeNumber(number.value->cell.AsFloat());
+  return Value(Type::kFloat, Cell::Float(static_cast<float>(number.value->cell.AsInt())));
+}
+
 // A function of the language of values that are known: mathematics as the virtual machine does it.
 FoldResult FoldCall(const Expr& expr, const FieldValues* fields) {
-  const bool mathematics = expr.opcode >= vm::Opcode::kSin && expr.opcode <= vm::Opcode::kRound;
+  if (expr.meaning == Meaning::kConvert) return FoldConversion(expr, fields);
   const bool axis = expr.opcode == vm::Opcode::kAxisOf;
-  if (expr.meaning != Meaning::kBuiltin || (!mathematics && !axis)) return {};
-  // No such function takes more than two numbers.
-  Cell arguments[2];
-  for (size_t i = 1; i < expr.operands.size() && i <= 2; ++i) {
+  if (expr.meaning != Meaning::kBuiltin || (!vm::IsMathematics(expr.opcode) && !axis)) return {};
+  // No such function takes more than three numbers.
+  Cell arguments[3];
+  for (size_t i = 1; i < expr.operands.size() && i <= 3; ++i) {
     const FoldResult argument = Fold(*expr.operands[i], fields);
     if (!argument.value) return argument;
     arguments[i - 1] = argument.value->cell;
@@ -155,7 +169,15 @@ FoldResult FoldCall(const Expr& expr, const FieldValues* fields) {
     const vm::Direction direction = static_cast<vm::Direction>(arguments[0].bits);
     return Value(Type::kAxis, Cell::Int(static_cast<int>(vm::AxisOf(direction))));
   }
+  if (expr.operands.size() == 4) {
+    // A number that is clamped: the lesser of the last and the greater of the others.
+    arguments[0] = Cell::Float(
+        vm::Mathematics(vm::Opcode::kMax, arguments[0].AsFloat(), arguments[1].AsFloat()));
+    arguments[1] = arguments[2];
+  }
   const float result = vm::Mathematics(expr.opcode, arguments[0].AsFloat(), arguments[1].AsFloat());
+  // What becomes a float again need not fit an int in between.
+  if (IsWholeNumber(expr) && expr.wanted != Type::kFloat) return WholeNumber(result);
   return std::isfinite(result) ? Value(Type::kFloat, Cell::Float(result))
                                : Faulty(FaultCode::kNotFinite);
 }
@@ -182,10 +204,20 @@ FoldResult FoldUnconverted(const Expr& expr, const FieldValues* fields) {
         if (value) return {value, FaultCode::kNone};
       }
       return {};
+    case ExprKind::kMember:
+      // A value of an enumeration, by its full name.
+      if (expr.meaning == Meaning::kConstant) return Value(expr.type, expr.cell);
+      return {};
     case ExprKind::kUnary:
       return FoldUnary(expr, fields);
     case ExprKind::kBinary:
       return FoldBinary(expr, fields);
+    case ExprKind::kChoice: {
+      // Only the value that is chosen has to be known.
+      const FoldResult condition = Fold(*expr.operands[0], fields);
+      if (!condition.value) return condition;
+      return Fold(*expr.operands[condition.value->cell.AsBool() ? 1 : 2], fields);
+    }
     case ExprKind::kCall:
       return FoldCall(expr, fields);
     default:

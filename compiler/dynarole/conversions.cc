@@ -21,7 +21,7 @@ void Conversions::Want(Expr* expr, Type wanted, const std::string& what) {
       expr->span, what + " must be " + NameOf(wanted) + ", but this is " + NameOf(expr->type));
   if (expr->type == Type::kFloat && wanted == Type::kInt) {
     error.hint =
-        "a float never becomes an int, not by floor or round either: make the other a float, by a "
+        "for an int write int(...), round(...) or floor(...), or make the other a float, by a "
         "point in its first value (0.0)";
   } else if (IsSet(expr->type) && IsNumber(wanted)) {
     error.hint = "for the number of its members write sizeof(...)";
@@ -46,6 +46,13 @@ void Conversions::Hint(Expr* expr, Type type) {
     if (slot < std::ssize(signature.parameters) &&
         pass_.Settle(&signature.parameters[slot], type)) {
       scope_.routine()->locals[slot] = type;
+    }
+    return;
+  }
+  // Of a choice both values are wanted to be what it is.
+  if (expr->kind == ExprKind::kChoice) {
+    for (size_t i = 1; i < expr->operands.size(); ++i) {
+      if (expr->operands[i]->type == Type::kUnknown) Hint(expr->operands[i].get(), type);
     }
     return;
   }

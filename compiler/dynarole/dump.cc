@@ -32,6 +32,9 @@ std::string ExprText(const Expr& expr) {
     case ExprKind::kBinary:
       return "(" + ExprText(*expr.operands[0]) + " " + NameOf(expr.op) + " " +
              ExprText(*expr.operands[1]) + ")";
+    case ExprKind::kChoice:
+      return "(" + ExprText(*expr.operands[0]) + " ? " + ExprText(*expr.operands[1]) + " : " +
+             ExprText(*expr.operands[2]) + ")";
     case ExprKind::kMember:
       return ExprText(*expr.operands[0]) + "." + expr.name;
     case ExprKind::kCall: {
@@ -67,6 +70,17 @@ void DumpStatement(const Stmt& statement, const std::string& indent, std::string
       // The second statement of an if is its else.
       for (size_t i = 0; i < statement.body.size(); ++i) {
         if (i == 1) line("else");
+        DumpStatement(*statement.body[i], indent + "  ", out);
+      }
+      return;
+    case StmtKind::kSwitch:
+      line("switch " + value);
+      for (size_t i = 0; i < statement.cases.size(); ++i) {
+        std::string values;
+        for (const ExprPtr& one : statement.cases[i].values) {
+          values += (values.empty() ? "case " : ", ") + ExprText(*one);
+        }
+        line(values.empty() ? "default" : values);
         DumpStatement(*statement.body[i], indent + "  ", out);
       }
       return;
@@ -149,6 +163,9 @@ std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token
 std::string DumpAst(const Program& program) {
   std::string out;
   DumpConstants(program.constants, "", &out);
+  if (program.root != nullptr) {
+    for (const Member& member : program.root->members) DumpMember(member, &out);
+  }
   for (const Role& role : program.roles) {
     out += (role.abstract_role ? "abstract role " : "role ") + role.name + " extends " + role.base +
            "\n";

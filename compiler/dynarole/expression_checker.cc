@@ -69,6 +69,9 @@ Type ExpressionChecker::InferUnconverted(Expr* expr) {
       // Both sides are looked at first, so that each is checked whatever the other is.
       for (ExprPtr& operand : expr->operands) Infer(operand.get());
       return operators_.InferBinary(expr);
+    case ExprKind::kChoice:
+      for (ExprPtr& operand : expr->operands) Infer(operand.get());
+      return operators_.InferChoice(expr);
     case ExprKind::kMember:
       return InferMember(expr, nullptr);
     case ExprKind::kCall:
@@ -115,6 +118,12 @@ Type ExpressionChecker::InferMember(Expr* member, Expr* call) {
       return calls_.InferInvoke(member, call, role);
     }
   }
+  // `Phase.LIFT`, where nothing else has the enumeration's name.
+  if (call == nullptr && base.kind == ExprKind::kName) {
+    const int value = names_.ValueOfEnumeration(base.name, member->name);
+    if (value >= 0) return constants_.Infer(member, value);
+    if (names_.IsEnumeration(base.name)) return names_.UnknownValue(*member);
+  }
   // All else before a dot is a value.
   return InferPart(member, call);
 }
@@ -142,6 +151,9 @@ Type ExpressionChecker::InferFunction(Expr* call) {
   if (!UsagesOf(FunctionBuiltins(), callee->name).empty()) {
     return builtins_.Infer(FunctionBuiltins(), "", callee, call);
   }
+  if (callee->name == "int" || callee->name == "float") {
+    return InferConversion(call, callee->name == "int" ? Type::kInt : Type::kFloat);
+  }
   // The function may be one that is inherited from a role which does not exist.
   if (owner.broken) return Type::kError;
   if (FindSlot(owner.commands, callee->name) >= 0) {
@@ -159,7 +171,7 @@ Type ExpressionChecker::UnknownFunction(const Expr& callee) {
     return Type::kError;
   }
   // Then a slip in a name of the language or of the role.
-  std::vector<std::string> names = {"sizeof", "print"};
+  std::vector<std::string> names = {"sizeof", "print", "int", "float"};
   for (const std::string& name : NamesOf(FunctionBuiltins())) names.push_back(name);
   for (const NamedSlot& method : scope_.role().methods) names.push_back(method.name);
   pass_.Suggest(&error, callee.name, names);
@@ -188,6 +200,27 @@ Type ExpressionChecker::InferSizeof(Expr* call) {
   // Also where its operand is wrong: what is made of the number needs no second message.
   call->meaning = Meaning::kCount;
   return Type::kInt;
+}
+
+Type ExpressionChecker::InferConversion(Expr* call, Type to) {
+  const std::string name = WordOf(to);
+  call->meaning = Meaning::kConvert;
+  if (call->operands.size() != 2) {
+    pass_.Error(call->span, "'" + name + "' takes 1 argument, not " +
+                                std::to_string(call->operands.size() - 1));
+    return to;
+  }
+  // A parameter that nothing else is known of is a float, which both ways lead from.
+  Expr* value = call->operands[1].get();
+  if (value->type == Type::kUnknown && pass_.phase() == Phase::kDefaults) {
+    conversions_.Hint(value, Type::kFloat);
+  }
+  if (IsSet(value->type)) value->wanted = Type::kInt;
+  if (!IsNumber(value->type) && !IsSet(value->type) && value->type != Type::kUnknown &&
+      value->type != Type::kError) {
+    pass_.Error(value->span, "'" + name + "' needs a number, but this is " + NameOf(value->type));
+  }
+  return to;
 }
 
 Type ExpressionChecker::InferPrint(Expr* call) {

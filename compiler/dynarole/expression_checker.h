@@ -45,6 +45,8 @@ class ExpressionChecker {
   Type UnknownFunction(const Expr& callee);
   /// sizeof(SET) is the number of its members.
   Type InferSizeof(Expr* call);
+  /// `int(x)` and `float(x)`.
+  Type InferConversion(Expr* call, Type to);
   /// `print("text", value, ...)`
   Type InferPrint(Expr* call);
   /// `self.NAME`, with or without arguments.

@@ -1,6 +1,7 @@
 #include "compiler/dynarole/expression_generator.h"
 
 #include "compiler/base/check.h"
+#include "compiler/dynarole/builtins.h"
 #include "compiler/dynarole/print_call.h"
 
 namespace morphbus::dynarole {
@@ -58,6 +59,11 @@ void ExpressionGenerator::EmitExpr(const Expr& expr) {
 }
 
 void ExpressionGenerator::Convert(const Expr& expr) {
+  // A whole number is computed as a float, and becomes an int unless a float is wanted.
+  if (IsWholeNumber(expr)) {
+    if (expr.wanted != Type::kFloat) Emit(Opcode::kFloatToInt);
+    return;
+  }
   if (expr.wanted == Type::kUnknown || expr.wanted == expr.type) return;
   // A set becomes its only member, or the number of its members; an int becomes a float.
   if (expr.type == Type::kJointSet && expr.wanted == Type::kJoint) {
@@ -86,6 +92,9 @@ void ExpressionGenerator::EmitUnconverted(const Expr& expr) {
       break;
     case ExprKind::kBinary:
       EmitBinary(expr);
+      break;
+    case ExprKind::kChoice:
+      EmitChoice(expr);
       break;
     case ExprKind::kMember:
       // A neighbour's field needs the set before the dot.
@@ -192,6 +201,47 @@ void ExpressionGenerator::EmitLogic(const Expr& expr) {
   Place(&end);
 }
 
+void ExpressionGenerator::EmitChoice(const Expr& expr) {
+  // A condition that is known leaves one value.
+  const FoldResult known = Fold(*expr.operands[0]);
+  if (known.value) return EmitExpr(*expr.operands[known.value->cell.AsBool() ? 1 : 2]);
+  // Either value lies on the stack where the ways meet.
+  Target otherwise, end;
+  EmitJumpUnless(*expr.operands[0], &otherwise);
+  EmitExpr(*expr.operands[1]);
+  Jump(Opcode::kJump, &end);
+  Place(&otherwise);
+  EmitExpr(*expr.operands[2]);
+  Place(&end);
+}
+
+void ExpressionGenerator::EmitJumpUnless(const Expr& condition, Target* target) {
+  // Either side of `&&` may send it to the target.
+  if (condition.kind == ExprKind::kBinary && condition.op == Operator::kAnd) {
+    EmitJumpUnless(*condition.operands[0], target);
+    EmitJumpUnless(*condition.operands[1], target);
+    return;
+  }
+  // `!x` jumps on the opposite.
+  if (condition.kind == ExprKind::kUnary && condition.op == Operator::kNot) {
+    EmitExpr(*condition.operands[0]);
+    Jump(Opcode::kJumpIfTrue, target);
+    return;
+  }
+  // `a > b` is the negation of `a <= b`, for which there is an instruction.
+  if (condition.kind == ExprKind::kBinary &&
+      (condition.op == Operator::kGreater || condition.op == Operator::kGreaterEqual)) {
+    EmitExpr(*condition.operands[0]);
+    EmitExpr(*condition.operands[1]);
+    EmitOrder(condition, condition.op == Operator::kGreaterEqual);
+    Jump(Opcode::kJumpIfTrue, target);
+    return;
+  }
+  // Any other condition is computed as a bool.
+  EmitExpr(condition);
+  Jump(Opcode::kJumpIfFalse, target);
+}
+
 void ExpressionGenerator::EmitCall(const Expr& call) {
   // A routine takes its arguments, and leaves a result if it has one.
   const NamedByOperand named = {ValueTypeOf(call.type), call.operands.size() - 1};
@@ -199,6 +249,11 @@ void ExpressionGenerator::EmitCall(const Expr& call) {
     case Meaning::kCount:
       EmitExpr(*call.operands[1]);
       Emit(CountOf(call.operands[1]->type));
+      return;
+    case Meaning::kConvert:
+      EmitExpr(*call.operands[1]);
+      if (ValueTypeOf(call.type) == stack().back()) return;
+      Emit(call.type == Type::kInt ? Opcode::kFloatToInt : Opcode::kIntToFloat);
       return;
     case Meaning::kMethod:
       EmitArguments(call);
@@ -221,11 +276,22 @@ void ExpressionGenerator::EmitCall(const Expr& call) {
       return;
     default:
       if (call.opcode == Opcode::kPrint) return EmitPrint(call);
+      if (call.operands[0]->name == kClamp) return EmitClamp(call);
       // A function of the language has nothing before it.
       EmitBuiltin(
           call, call.operands[0]->operands.empty() ? nullptr : call.operands[0]->operands[0].get(),
           &call);
   }
+}
+
+void ExpressionGenerator::EmitClamp(const Expr& call) {
+  EmitExpr(*call.operands[1]);
+  EmitExpr(*call.operands[2]);
+  MarkLine(call.span);
+  Emit(Opcode::kMax);
+  EmitExpr(*call.operands[3]);
+  MarkLine(call.span);
+  Emit(Opcode::kMin);
 }
 
 // In the order of the parameters, which is that of the first locals of the callee.

@@ -20,6 +20,8 @@ class ExpressionGenerator : public FunctionBuilder {
   /// Emits first < second (strict) or first <= second for the operands of a comparison; the other
   /// two orders are their negations.
   void EmitOrder(const Expr& expr, bool strict);
+  /// Jumps if a condition does not hold, without making a bool of it where that is possible.
+  void EmitJumpUnless(const Expr& condition, Target* target);
 
  private:
   void EmitConstant(Type type, vm::Cell cell);
@@ -28,8 +30,10 @@ class ExpressionGenerator : public FunctionBuilder {
   void EmitLoad(const Expr& expr);
   void EmitBinary(const Expr& expr);
   void EmitLogic(const Expr& expr);
+  void EmitChoice(const Expr& expr);
   void EmitCall(const Expr& call);
   void EmitArguments(const Expr& call);
+  void EmitClamp(const Expr& call);
   void EmitPrint(const Expr& call);
   void EmitBuiltin(const Expr& expr, const Expr* base, const Expr* call);
 

@@ -93,12 +93,34 @@ ExprPtr ExpressionParser::Parse(int level) {
     Adopt(expr.get(), std::move(right));
     left = std::move(expr);
   }
+  // A choice binds loosest of all, and its second value may be another one.
+  if (level == 1 && in_.Is(TokenKind::kQuestion) && !in_.failed()) {
+    left = ParseChoice(std::move(left));
+  }
   // Outside all operators: `if (a = b)`.
   if (in_.Is(TokenKind::kAssign) && level == 1) {
     in_.ErrorAt(in_.Peek().span, "'=' cannot stand in an expression", "to compare, write '=='");
   }
   in_.LeaveLevel();
   return left;
+}
+
+ExprPtr ExpressionParser::ParseChoice(ExprPtr condition) {
+  const Span question = in_.Take().span;
+  ExprPtr choice = Node(ExprKind::kChoice, condition->span);
+  choice->name_span = question;
+  Adopt(choice.get(), std::move(condition));
+  Adopt(choice.get(), Parse());
+  if (in_.failed()) return choice;
+  if (!in_.Is(TokenKind::kColon)) {
+    in_.Unexpected("':' and the value where the condition does not hold",
+                   "a choice has two values: condition ? this : that");
+    return choice;
+  }
+  in_.Take();
+  Adopt(choice.get(), Parse());
+  choice->span.end = choice->operands.back()->span.end;
+  return choice;
 }
 
 ExprPtr ExpressionParser::ParseUnary() {
@@ -122,7 +144,8 @@ ExprPtr ExpressionParser::ParsePostfix() {
     if (in_.Is(TokenKind::kDot)) {
       in_.Take();
       ExprPtr member = Node(ExprKind::kMember, expr->span);
-      if (!in_.Is(TokenKind::kName)) {
+      // A module has a role, though the word begins one elsewhere.
+      if (!in_.Is(TokenKind::kName) && !in_.Is(TokenKind::kRole)) {
         NoMember();
         member->kind = ExprKind::kError;
         return member;
@@ -153,17 +176,9 @@ ExprPtr ExpressionParser::ParsePostfix() {
 }
 
 void ExpressionParser::NoMember() {
-  const TokenKind found = in_.Peek().kind;
-  if (found == TokenKind::kRole) {
-    in_.ErrorAt(in_.Peek().span,
-                "a program does not ask for a role, as code stands in the role that runs it",
-                "give each role a field that says what differs: side = $WEST;");
-  } else {
-    in_.Unexpected("a name after '.'");
-  }
-  // A word that begins a role or member would end the statement here, although it stands behind a
-  // dot.
-  if (found == TokenKind::kRole || IsMemberWord(found)) in_.Take();
+  in_.Unexpected("a name after '.'");
+  // A word that begins a member would end the statement here, although it stands behind a dot.
+  if (IsMemberWord(in_.Peek().kind)) in_.Take();
 }
 
 bool ExpressionParser::ParseArguments(Expr* call) {

@@ -18,6 +18,8 @@ class ExpressionParser {
   ExprPtr Parse(int level = 1);
 
  private:
+  /// `? this : that` behind its condition.
+  ExprPtr ParseChoice(ExprPtr condition);
   ExprPtr ParseUnary();
   /// A value with the members and calls behind it.
   ExprPtr ParsePostfix();

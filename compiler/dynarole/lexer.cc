@@ -211,11 +211,6 @@ class Lexer {
     if (sequence == "&") error.hint = "logical and is '&&'";
     if (sequence == "|") error.hint = "logical or is '||'";
     if (sequence == "'") error.hint = "texts stand between double quotes: \"...\"";
-    // What other languages have and this one has not.
-    if (sequence == "?") {
-      error.message = "there is no conditional expression 'a ? b : c'";
-      error.hint = "write: if (a) { ... } else { ... }";
-    }
   }
 
   std::string_view text_;

@@ -46,8 +46,8 @@ class Linter {
     }
     const bool any = std::any_of(model_.roles.begin(), model_.roles.end(),
                                  [](const RoleModel& r) { return !r.role->abstract_role; });
-    if (!any && !model_.roles.empty()) {
-      diagnostics_.Warning(model_.roles[0].role->name_span,
+    if (!any && !model_.program->roles.empty()) {
+      diagnostics_.Warning(model_.program->roles[0].name_span,
                            "all roles are abstract, so no module "
                            "can take any");
     }
@@ -60,7 +60,8 @@ class Linter {
       if (!decl.read) diagnostics_.Warning(decl.span, "field '" + decl.name + "' is never read");
     }
     for (const ConstantModel& constant : model_.constants) {
-      if (!constant.used) {
+      // That some values of an enumeration are not used yet is no slip.
+      if (!constant.used && constant.enumeration < 0) {
         diagnostics_.Warning(constant.span,
                              constant.Kind() + " '" + constant.name + "' is never used");
       }
@@ -103,9 +104,11 @@ class Linter {
     }
     // What arithmetic of ints is converted to, its operands are.
     const bool passes_on = expr.type == Type::kInt &&
-                           (expr.kind == ExprKind::kUnary || expr.kind == ExprKind::kBinary);
+                           (expr.kind == ExprKind::kUnary || expr.kind == ExprKind::kBinary ||
+                            expr.kind == ExprKind::kChoice);
     for (const ExprPtr& operand : expr.operands) {
-      VisitDivisions(*operand, becomes_float && passes_on);
+      const bool condition = expr.kind == ExprKind::kChoice && operand == expr.operands.front();
+      VisitDivisions(*operand, becomes_float && passes_on && !condition);
     }
   }
 

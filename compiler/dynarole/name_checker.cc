@@ -42,7 +42,44 @@ Type NameChecker::InferName(Expr* expr) {
   }
   // Constants of the role cannot share a name with the above; those outside all stand behind them.
   const int constant = model_.FindConstant(scope_.role_index(), expr->name);
-  return constant >= 0 ? constants_.Infer(expr, constant) : UnknownName(*expr);
+  if (constant < 0 && model_.FindEnumeration(expr->name) >= 0) {
+    return pass_.Wrong(expr->span, "'" + expr->name + "' is an enumeration, and no value",
+                       "write the name of one of its values");
+  }
+  if (constant >= 0) return constants_.Infer(expr, constant);
+  if (expr->name != kPiName) return UnknownName(*expr);
+  // The one name that every program knows.
+  expr->meaning = Meaning::kConstant;
+  expr->index = -1;
+  expr->cell = vm::Cell::Float(kPi);
+  return Type::kFloat;
+}
+
+bool NameChecker::IsEnumeration(const std::string& name) const {
+  const RoleModel& owner = scope_.role();
+  const bool hidden = (scope_.routine() != nullptr && scope_.FindLocal(name) != nullptr) ||
+                      model_.FindField(owner, name) >= 0 || FindSlot(owner.labels, name) >= 0;
+  return !hidden && model_.FindEnumeration(name) >= 0;
+}
+
+int NameChecker::ValueOfEnumeration(const std::string& enumeration,
+                                    const std::string& value) const {
+  if (!IsEnumeration(enumeration)) return -1;
+  const int constant = model_.FindConstant(scope_.role_index(), value);
+  const int number = model_.FindEnumeration(enumeration);
+  return constant >= 0 && model_.constants[constant].enumeration == number ? constant : -1;
+}
+
+Type NameChecker::UnknownValue(const Expr& member) {
+  const std::string& enumeration = member.operands[0]->name;
+  std::vector<std::string> names;
+  for (const ConstantModel& constant : model_.constants) {
+    if (constant.enumeration == model_.FindEnumeration(enumeration)) names.push_back(constant.name);
+  }
+  pass_.Suggest(
+      &pass_.Error(member.name_span, "'" + enumeration + "' has no value '" + member.name + "'"),
+      member.name, names);
+  return Type::kError;
 }
 
 Type NameChecker::UnknownName(const Expr& expr) {
@@ -110,7 +147,7 @@ Type NameChecker::InferDollar(Expr* expr) {
     return constant->type;
   }
   // A role of the program, then a part of the module.
-  const int role = model_.FindRole(expr->name);
+  const int role = expr->name == "Module" ? -1 : model_.FindRole(expr->name);
   if (role >= 0) {
     expr->cell = vm::Cell::Int(role);
     return Type::kRole;

@@ -23,6 +23,14 @@ class NameChecker {
   /// A name alone is a variable, a field, a label or a constant; anything else is unknown. Each
   /// hides those that come after it, so that what stands nearer wins.
   Type InferName(Expr* expr);
+  /// The constant that is a value of an enumeration, by the names of both; -1 if none is, or
+  /// where a variable, field or label has the name of the enumeration.
+  [[nodiscard]] int ValueOfEnumeration(const std::string& enumeration,
+                                       const std::string& value) const;
+  /// Whether a name means an enumeration where it stands before a dot.
+  [[nodiscard]] bool IsEnumeration(const std::string& name) const;
+  /// Reports that an enumeration, before the dot, has no such value. Returns kError.
+  Type UnknownValue(const Expr& member);
   /// `$NAME` is a direction, an axis, a role or a part of the module, in that order.
   Type InferDollar(Expr* expr);
 

@@ -80,6 +80,11 @@ class Indexer {
     const int root = table_.Add(NameKind::kRole, "Module");
     table_.things[root].summary = "the root of all roles: every module plays it";
     for (const RoleModel& role : model_.roles) {
+      // The root of all roles has no text of its own.
+      if (role.role == model_.program->root.get()) {
+        roles_.push_back(root);
+        continue;
+      }
       const int thing = table_.Declare(NameKind::kRole, role.name, role.role->name_span);
       roles_.push_back(thing);
       source::NamedThing& entry = table_.things[thing];
@@ -93,6 +98,7 @@ class Indexer {
                       " extends " + role.role->base;
     }
     for (size_t r = 0; r < model_.roles.size(); ++r) {
+      if (roles_[r] == root) continue;
       const int parent = model_.roles[r].parent;
       // A role whose base is not known extends nothing that has a place.
       const bool known = parent >= 0 || model_.roles[r].role->base == "Module";
@@ -105,13 +111,22 @@ class Indexer {
   [[nodiscard]] int RoleThing(int role) const { return role < 0 ? -1 : roles_[role]; }
 
   void DeclareConstants() {
+    for (const Enumeration& enumeration : model_.program->enumerations) {
+      enumerations_.push_back(
+          table_.Declare(NameKind::kEnumeration, enumeration.name, enumeration.name_span));
+      table_.things[enumerations_.back()].summary = "enum " + enumeration.name;
+    }
     for (const ConstantModel& constant : model_.constants) {
       const int thing =
           table_.Declare(constant.is_parameter() ? NameKind::kParameter : NameKind::kConstant,
                          constant.name, constant.span, RoleThing(constant.role));
       constants_.push_back(thing);
       std::string summary = constant.Kind() + " " + Typed(constant.name, constant.type);
-      if (constant.expr != nullptr) summary += " = " + TextOf(*constant.expr);
+      if (constant.enumeration >= 0) {
+        summary = model_.program->enumerations[constant.enumeration].name + "." + constant.name +
+                  " = " + std::to_string(constant.cell.AsInt());
+      } else if (constant.expr != nullptr)
+        summary += " = " + TextOf(*constant.expr);
       if (constant.is_parameter() && constant.most != nullptr) {
         summary += " in [" + TextOf(*constant.least) + ", " + TextOf(*constant.most) + "]";
       }
@@ -236,6 +251,9 @@ class Indexer {
       table_.Use(statement.name_span, FieldThing(role_, statement.index));
     }
     Use(statement.expr.get());
+    for (const SwitchCase& one : statement.cases) {
+      for (const ExprPtr& value : one.values) Use(value.get());
+    }
     for (const StmtPtr& inner : statement.body) {
       if (inner) Use(*inner);
     }
@@ -298,6 +316,7 @@ class Indexer {
       }
       case Meaning::kBuiltin:
       case Meaning::kCount:
+      case Meaning::kConvert:
         return UseBuiltin(named, span);
       case Meaning::kNone:
         // A sensor has no value by itself, and so no meaning.
@@ -319,8 +338,15 @@ class Indexer {
 
   /// A role or a direction behind '$', or a constant of the program.
   void UseConstant(const Expr& expr, const Span& span) {
-    if (expr.kind == ExprKind::kName) {
+    if (expr.kind == ExprKind::kName || expr.kind == ExprKind::kMember) {
       const int constant = model_.FindConstant(role_, expr.name);
+      if (constant < 0 && expr.name == kPiName) {
+        return table_.Use(span, Word(NameKind::kBuiltin, expr.name, "PI = 3.14159"));
+      }
+      // The name of the enumeration stands before the dot, where it is no expression of its own.
+      if (constant >= 0 && expr.kind == ExprKind::kMember) {
+        table_.Use(expr.operands[0]->span, enumerations_[model_.constants[constant].enumeration]);
+      }
       return table_.Use(span, constant < 0 ? -1 : constants_[constant]);
     }
     if (expr.kind != ExprKind::kDollar) return;
@@ -347,6 +373,8 @@ class Indexer {
     }
     if (named.name == "print") {
       table_.Use(span, Word(NameKind::kBuiltin, named.name, "print(\"text\", value, ...)"));
+    } else if (named.name == "int" || named.name == "float") {
+      table_.Use(span, Word(NameKind::kBuiltin, named.name, named.name + "(x)"));
     } else if (named.name == "sizeof") {
       table_.Use(span, Word(NameKind::kBuiltin, named.name, "sizeof(set)"));
     }
@@ -367,7 +395,7 @@ class Indexer {
   const ProgramModel& model_;
   NameTable table_;
   // The things that roles, constants, fields and signatures of the model are, by their indices.
-  std::vector<int> roles_, constants_, fields_, signatures_;
+  std::vector<int> roles_, enumerations_, constants_, fields_, signatures_;
   std::map<std::pair<int, std::string>, int> labels_;  ///< By the role that declares it first.
   std::map<std::pair<NameKind, std::string>, int> words_;
   /// The role and routine whose code is walked over, and the things that its locals are.

@@ -38,6 +38,9 @@ class Walk {
     if (statement.kind == StmtKind::kVar) declared_.insert(statement.name);
     if (statement.kind == StmtKind::kAssign) used_.push_back(statement.name);
     if (statement.expr != nullptr) Visit(*statement.expr);
+    for (const SwitchCase& one : statement.cases) {
+      for (const ExprPtr& value : one.values) Visit(*value);
+    }
     for (const StmtPtr& inner : statement.body) Visit(*inner);
   }
 

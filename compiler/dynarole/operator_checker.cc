@@ -1,5 +1,7 @@
 #include "compiler/dynarole/operator_checker.h"
 
+#include <optional>
+
 #include "compiler/dynarole/constants.h"
 
 namespace morphbus::dynarole {
@@ -121,6 +123,32 @@ Type OperatorChecker::InferComparison(Expr* expr) {
   if (a != *joined) left->wanted = *joined;
   if (b != *joined) right->wanted = *joined;
   return Type::kBool;
+}
+
+Type OperatorChecker::InferChoice(Expr* expr) {
+  conversions_.Want(expr->operands[0].get(), Type::kBool, "the condition of '?'");
+  Expr* first = expr->operands[1].get();
+  Expr* second = expr->operands[2].get();
+  if (first->type == Type::kError || second->type == Type::kError) return Type::kError;
+  // A parameter beside a value is of its type, if nothing better is known about it.
+  if (pass_.phase() == Phase::kDefaults && first->type == Type::kUnknown)
+    conversions_.Hint(first, second->type);
+  if (pass_.phase() == Phase::kDefaults && second->type == Type::kUnknown)
+    conversions_.Hint(second, first->type);
+  if (first->type == Type::kUnknown || second->type == Type::kUnknown) {
+    return first->type == Type::kUnknown ? second->type : first->type;
+  }
+  std::optional<Type> joined = Join(first->type, second->type);
+  if (joined == Type::kAny) joined = Type::kDirection;
+  if (!joined || *joined == Type::kVoid) {
+    return pass_.Wrong(expr->name_span,
+                       "the values of a choice must be of one type, but these are " +
+                           NameOf(first->type) + " and " + NameOf(second->type));
+  }
+  for (Expr* value : {first, second}) {
+    if (value->type != *joined) value->wanted = *joined;
+  }
+  return *joined;
 }
 
 void OperatorChecker::CompareSizes(Expr* set, Expr* other) {

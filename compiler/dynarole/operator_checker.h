@@ -16,6 +16,8 @@ class OperatorChecker {
   Type InferUnary(Expr* expr);
   /// Arithmetic has the wider of the types of its sides; comparisons and logic are bools.
   Type InferBinary(Expr* expr);
+  /// `c ? x : y` has the type that both values fit into.
+  Type InferChoice(Expr* expr);
 
  private:
   Type InferArithmetic(Expr* expr);

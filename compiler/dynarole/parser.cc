@@ -44,6 +44,8 @@ class ProgramParser {
  private:
   /// Appends the role that begins here to the program.
   void ParseRole(Program* program);
+  /// A function outside all roles, which becomes a member of their root.
+  void ParseFunction(Program* program);
   /// Recovery: moves on to the next word that begins a role.
   void SkipToRole();
   void ParseMembers(Role* role);
@@ -57,6 +59,12 @@ class ProgramParser {
   void ParseConstant(std::vector<ConstantDecl>* constants);
   /// The range of a parameter.
   void ParseRange(ConstantDecl* parameter);
+  /// Whether an enumeration begins here.
+  [[nodiscard]] bool AtEnumeration() const;
+  /// `enum NAME { A, B = 5, C }`, in a role or outside all.
+  void ParseEnumeration(std::vector<ConstantDecl>* constants);
+  /// The number behind the name of a value, `= -5`; false, with an error, if there is none.
+  bool ParseEnumerator(int64_t* value);
   /// Parameters and block of a member; false, with an error, where either is missing.
   bool ParseRoutine(Member* member);
   /// Parameters in parentheses; false, with an error, where they cannot be read.
@@ -69,6 +77,7 @@ class ProgramParser {
   TokenReader in_;
   ExpressionParser expressions_;
   StatementParser statements_;
+  std::vector<Enumeration> enumerations_;
 };
 
 Program ProgramParser::ParseProgram() {
@@ -82,10 +91,18 @@ Program ProgramParser::ParseProgram() {
       ParseRole(&program);
       continue;
     }
-    if (AtConstant()) {
-      ParseConstant(&program.constants);
+    if (in_.Is(TokenKind::kFunction)) {
+      ParseFunction(&program);
+      continue;
+    }
+    if (AtConstant() || AtEnumeration()) {
+      if (AtConstant()) {
+        ParseConstant(&program.constants);
+      } else {
+        ParseEnumeration(&program.constants);
+      }
       // Reading goes on behind it, or at what can begin something else.
-      while (in_.failed() && !AtConstant() && !in_.Is(TokenKind::kRole) &&
+      while (in_.failed() && !AtConstant() && !AtEnumeration() && !in_.Is(TokenKind::kRole) &&
              !in_.Is(TokenKind::kAbstract) && !in_.Is(TokenKind::kEnd)) {
         if (in_.Take().kind == TokenKind::kSemicolon) in_.Recover();
       }
@@ -95,14 +112,40 @@ Program ProgramParser::ParseProgram() {
       in_.ErrorAt(in_.Take().span, "unmatched '}'");
       continue;
     }
+    if (IsMemberWord(in_.Peek().kind)) {
+      in_.ErrorAt(in_.Peek().span, "a " + NameOf(*MemberOf(in_.Peek().kind)) + " stands in a role",
+                  "outside roles stand functions, constants, parameters and enumerations");
+      in_.Take();
+      SkipMember();
+      continue;
+    }
     // Something else stands between roles, perhaps a misspelt word.
     in_.Unexpected(
         "'role' or 'abstract role'",
-        source::NearestHint(in_.TextOf(in_.Peek()), {"role", "abstract", "const", "param"},
+        source::NearestHint(in_.TextOf(in_.Peek()),
+                            {"role", "abstract", "const", "param", "enum", "function"},
                             "a program is a list of roles: role NAME extends Module { ... }"));
     SkipToRole();
   }
+  program.enumerations = std::move(enumerations_);
   return program;
+}
+
+void ProgramParser::ParseFunction(Program* program) {
+  if (program->root == nullptr) {
+    program->root = std::make_unique<Role>();
+    program->root->abstract_role = true;
+    program->root->name = "Module";
+    program->root->span = program->root->name_span = in_.Peek().span;
+  }
+  if (program->root->members.size() == kMaxMembers) {
+    in_.GiveUp(in_.Peek().span, "too many functions outside roles",
+               "at most " + std::to_string(kMaxMembers));
+    return;
+  }
+  ParseMember(program->root.get());
+  // Reading goes on behind it, or at what can begin something else.
+  if (in_.failed()) SkipMember();
 }
 
 // A role's words begin nothing else, so that reading can go on there whatever came before.
@@ -142,6 +185,58 @@ void ProgramParser::ParseConstant(std::vector<ConstantDecl>* constants) {
   // One whose range was not understood counts as a constant, so that its name is known.
   if (constant.most == nullptr) constant.least = nullptr;
   constants->push_back(std::move(constant));
+}
+
+// `enum` is a word before a name and a brace only, so that programs may use it as a name.
+bool ProgramParser::AtEnumeration() const {
+  return in_.Is(TokenKind::kName) && in_.TextOf(in_.Peek()) == "enum" &&
+         in_.Peek(1).kind == TokenKind::kName && in_.Peek(2).kind == TokenKind::kLeftBrace;
+}
+
+void ProgramParser::ParseEnumeration(std::vector<ConstantDecl>* constants) {
+  in_.Take();
+  const int number = static_cast<int>(enumerations_.size());
+  enumerations_.push_back({in_.TextOf(in_.Peek()), in_.Peek().span});
+  in_.Take();
+  const Span opening = in_.Take().span;
+  int64_t next = 0;
+  do {
+    // A comma may stand behind the last value.
+    if (in_.Is(TokenKind::kRightBrace)) break;
+    if (!in_.Is(TokenKind::kName)) {
+      in_.Unexpected("the name of a value of '" + enumerations_.back().name + "'",
+                     "for example: enum Phase { LIFT, SWING }");
+      return;
+    }
+    ConstantDecl constant;
+    constant.name_span = in_.Peek().span;
+    constant.name = in_.TextOf(in_.Take());
+    if (in_.TakeIf(TokenKind::kAssign) && !ParseEnumerator(&next)) return;
+    constant.enumeration = number;
+    constant.expr = std::make_unique<Expr>();
+    constant.expr->kind = ExprKind::kInt;
+    constant.expr->span = constant.expr->name_span = constant.name_span;
+    constant.expr->integer = next++;
+    if (constants->size() == kMaxMembers) {
+      in_.GiveUp(constant.name_span, "too many constants",
+                 "at most " + std::to_string(kMaxMembers) + " in one place");
+      return;
+    }
+    constants->push_back(std::move(constant));
+  } while (in_.TakeIf(TokenKind::kComma));
+  in_.ExpectClosing(TokenKind::kRightBrace, opening);
+  in_.TakeIf(TokenKind::kSemicolon);
+}
+
+bool ProgramParser::ParseEnumerator(int64_t* value) {
+  const bool negative = in_.TakeIf(TokenKind::kMinus);
+  if (!in_.Is(TokenKind::kInt)) {
+    in_.Unexpected("a number", "the values of an enumeration are ints: enum Phase { LIFT = 1 }");
+    return false;
+  }
+  const ExprPtr number = expressions_.Parse(6);
+  *value = negative ? -number->integer : number->integer;
+  return true;
 }
 
 // `in [least, most]`; `in` is a word in this place only.
@@ -213,8 +308,12 @@ void ProgramParser::ParseMembers(Role* role) {
     }
     // The limit of messages holds within a role too.
     if (in_.said_enough()) return;
-    if (AtConstant()) {
-      ParseConstant(&role->constants);
+    if (AtConstant() || AtEnumeration()) {
+      if (AtConstant()) {
+        ParseConstant(&role->constants);
+      } else {
+        ParseEnumeration(&role->constants);
+      }
       if (in_.failed()) SkipMember();
       continue;
     }

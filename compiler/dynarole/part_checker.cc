@@ -103,7 +103,7 @@ Type PartChecker::InferOfSelf(Expr* member, Expr* call) {
     return Type::kError;
   }
   // Names of modules would bind a program to one assembly.
-  if (member->name == "id" || member->name == "name" || member->name == "number") {
+  if (member->name == "name" || member->name == "number") {
     error.hint =
         "programs name no module: write a role for it, with labels and requirements that only it "
         "meets";

@@ -31,6 +31,7 @@ class Builder {
     std::vector<int> order(model_.roles.size());
     std::iota(order.begin(), order.end(), 0);
     std::ranges::stable_sort(order, {}, [this](int role) { return model_.roles[role].depth; });
+    CheckEnumerations();
     for (ConstantDecl& constant : model_.program->constants) AddConstant(-1, &constant);
     for (const int role : order) FillRole(role);
     // The image counts functions over all roles.
@@ -45,10 +46,16 @@ class Builder {
 
  private:
   void CollectRoles() {
+    // Functions outside all roles are members of the role that all others extend.
+    if (Role* root = model_.program->root.get(); root != nullptr) {
+      RoleModel& entry = model_.roles.emplace_back();
+      entry.role = root;
+      entry.name = root->name;
+    }
     for (Role& role : model_.program->roles) {
       // A role that is left out here causes no further messages where it is used under its name.
       const int before = model_.FindRole(role.name);
-      if (before >= 0) {
+      if (before >= 0 && role.name != "Module") {
         diagnostics_.Error(role.name_span, "role '" + role.name + "' is declared twice")
             .Note(model_.roles[before].role->name_span, "first declared here");
         continue;
@@ -80,8 +87,9 @@ class Builder {
     std::vector<std::string> names = {"Module"};
     for (const RoleModel& role : model_.roles) names.push_back(role.name);
     for (RoleModel& role : model_.roles) {
-      if (role.role->base == "Module") continue;
+      if (role.role == model_.program->root.get()) continue;
       role.parent = model_.FindRole(role.role->base);
+      if (role.role->base == "Module") continue;
       if (role.parent >= 0) continue;
       // What such a role inherits is not known, so nothing in it is called unknown.
       role.broken = true;
@@ -145,6 +153,18 @@ class Builder {
     CheckCapacities(&role);
   }
 
+  // Enumerations are known by their names in the whole program.
+  void CheckEnumerations() {
+    std::map<std::string, source::Span> seen;
+    for (const Enumeration& enumeration : model_.program->enumerations) {
+      const auto [before, fresh] = seen.try_emplace(enumeration.name, enumeration.name_span);
+      if (fresh) continue;
+      diagnostics_
+          .Error(enumeration.name_span, "enumeration '" + enumeration.name + "' is declared twice")
+          .Note(before->second, "first declared here");
+    }
+  }
+
   // A constant keeps its value in all subroles, so its name means nothing else there.
   void AddConstant(int role, ConstantDecl* constant) {
     const std::string kind = constant->least != nullptr ? "parameter" : "constant";
@@ -174,6 +194,7 @@ class Builder {
     entry.least = constant->least.get();
     entry.most = constant->most.get();
     entry.role = role;
+    entry.enumeration = constant->enumeration;
   }
 
   // A constant of the role or above it has the member's name.

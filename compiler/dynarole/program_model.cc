@@ -53,6 +53,11 @@ int ProgramModel::FindConstant(int role, const std::string& name) const {
   return outside;
 }
 
+int ProgramModel::FindEnumeration(const std::string& name) const {
+  return IndexOf(program->enumerations,
+                 [&](const Enumeration& enumeration) { return enumeration.name == name; });
+}
+
 int ProgramModel::FindField(const RoleModel& role, const std::string& name) const {
   return IndexOf(role.fields,
                  [&](const FieldSlot& slot) { return fields[slot.decl].name == name; });
@@ -102,6 +107,11 @@ std::string NameOf(MemberKind kind) {
   constexpr const char* kNames[] = {"field",    "label",   "requirement", "startup",
                                     "behavior", "command", "handler",     "function"};
   return kNames[static_cast<int>(kind)];
+}
+
+bool IsWholeNumber(const Expr& expr) {
+  return expr.meaning == Meaning::kBuiltin &&
+         (expr.opcode == vm::Opcode::kFloor || expr.opcode == vm::Opcode::kRound);
 }
 
 std::string NameOf(Operator op) {

@@ -63,6 +63,8 @@ struct ConstantModel {
   /// Its value is being computed: if it is needed now, it rests on itself.
   bool busy = false;
   bool used = false;  ///< Some code or constant names it.
+  /// Which of Program::enumerations it is a value of; -1 for none.
+  int enumeration = -1;
 
   /// Whether a run may choose its value.
   [[nodiscard]] bool is_parameter() const { return least != nullptr; }
@@ -168,6 +170,8 @@ struct ProgramModel {
   /// Index of the constant of that name that code of the role sees, its own and inherited ones
   /// before those outside all roles (role -1); -1 if there is none.
   [[nodiscard]] int FindConstant(int role, const std::string& name) const;
+  /// Index of the enumeration of that name in Program::enumerations; -1 if there is none.
+  [[nodiscard]] int FindEnumeration(const std::string& name) const;
   /// Slot of the role's field of that name, -1 if it has none.
   [[nodiscard]] int FindField(const RoleModel& role, const std::string& name) const;
   /// The field of that name which every concrete role that extends `base` has, as its first

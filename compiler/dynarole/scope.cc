@@ -52,24 +52,31 @@ int Scope::AddLocal(const std::string& name, const Span& span, Type type, bool p
   // A name is declared once in a scope and all scopes around it.
   if (const Local* before = FindLocal(name)) {
     pass_.Error(span, "'" + name + "' is declared twice").Note(before->span, "first declared here");
-  } else if (routine_->locals.size() == vm::image::kMaxLocals) {
-    pass_.Error(span, "too many variables and parameters").hint =
-        "at most " + std::to_string(vm::image::kMaxLocals) + "; split it into functions";
   }
   // One more than fits is enough to say so; the rest would only cost time.
   if (routine_->locals.size() > vm::image::kMaxLocals) {
     return static_cast<int>(routine_->locals.size()) - 1;
   }
-  // Slots are never used again, so that the verifier can give each one type.
   Local local;
   local.name = name;
   local.span = span;
-  local.slot = static_cast<int>(routine_->locals.size());
   local.parameter = parameter;
   local.used = FindLocal(name) != nullptr;  // One complaint is enough.
+  local.slot = AddSlot(name, span, type);
   locals_.push_back(std::move(local));
-  routine_->locals.push_back(type);
-  routine_->local_names.push_back(name);
+  return locals_.back().slot;
+}
+
+// Slots are never used again, so that the verifier can give each one type.
+int Scope::AddSlot(const std::string& name, const Span& span, Type type) {
+  if (routine_->locals.size() == vm::image::kMaxLocals) {
+    pass_.Error(span, "too many variables and parameters").hint =
+        "at most " + std::to_string(vm::image::kMaxLocals) + "; split it into functions";
+  }
+  if (routine_->locals.size() <= vm::image::kMaxLocals) {
+    routine_->locals.push_back(type);
+    routine_->local_names.push_back(name);
+  }
   return static_cast<int>(routine_->locals.size()) - 1;
 }
 

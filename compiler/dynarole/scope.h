@@ -46,6 +46,10 @@ class Scope {
 
   /// Declares a variable or parameter of the routine and returns its slot.
   int AddLocal(const std::string& name, const source::Span& span, Type type, bool parameter);
+  /// Declares one that no name means, which the code itself needs; `purpose` is for people.
+  int AddHidden(const std::string& purpose, const source::Span& span, Type type) {
+    return AddSlot(purpose, span, type);
+  }
   /// The local of that name in scope; null if there is none, as in a value.
   [[nodiscard]] Local* FindLocal(const std::string& name);
   /// How many locals are in scope, for Close.
@@ -56,6 +60,8 @@ class Scope {
   [[nodiscard]] std::vector<std::string> Names() const;
 
  private:
+  int AddSlot(const std::string& name, const source::Span& span, Type type);
+
   ProgramModel& model_;
   CheckPass& pass_;
   Routine* routine_ = nullptr;

@@ -1,7 +1,10 @@
 #include "compiler/dynarole/statement_checker.h"
 
 #include <algorithm>
+#include <map>
 #include <optional>
+#include <set>
+#include <string>
 
 #include "compiler/dynarole/constants.h"
 
@@ -18,10 +21,13 @@ bool IsAlwaysTrue(const Expr& condition) {
   return folded.value && folded.value->type == Type::kBool && folded.value->cell.AsBool();
 }
 
-// A `break` leaves the innermost loop around it only.
+// A `break` leaves the innermost loop or switch around it only.
 bool Breaks(const Stmt& statement) {
   if (statement.kind == StmtKind::kBreak) return true;
-  if (statement.kind == StmtKind::kWhile || statement.kind == StmtKind::kFor) return false;
+  if (statement.kind == StmtKind::kWhile || statement.kind == StmtKind::kFor ||
+      statement.kind == StmtKind::kSwitch) {
+    return false;
+  }
   return std::any_of(statement.body.begin(), statement.body.end(),
                      [](const StmtPtr& inner) { return Breaks(*inner); });
 }
@@ -67,6 +73,9 @@ void StatementChecker::CheckStatement(Stmt* statement) {
       CheckCondition(statement->expr.get(), "if");
       for (StmtPtr& branch : statement->body) CheckScoped(branch.get());
       break;
+    case StmtKind::kSwitch:
+      CheckSwitch(statement);
+      break;
     case StmtKind::kWhile:
       CheckCondition(statement->expr.get(), "while");
       ++loops_;
@@ -105,8 +114,93 @@ void StatementChecker::CheckFor(Stmt* statement) {
   scope_.Close(scope);
 }
 
+void StatementChecker::CheckSwitch(Stmt* statement) {
+  // The parser has said that there is nothing to look at.
+  if (statement->expr == nullptr) return;
+  Expr* value = statement->expr.get();
+  Type type = expressions_.Infer(value);
+  if (type == Type::kAny) type = Type::kDirection;
+  // A set is looked at by its size, as in comparisons.
+  const bool counts = IsSet(type);
+  if (counts) {
+    value->wanted = Type::kInt;
+    type = Type::kInt;
+  }
+  const bool known = type != Type::kError && type != Type::kUnknown;
+  if (known && type != Type::kInt && type != Type::kBool && type != Type::kDirection &&
+      type != Type::kAxis && type != Type::kRole) {
+    pass_.Error(value->span, "'switch' cannot look at " + NameOf(type)).hint =
+        type == Type::kFloat
+            ? "floats are compared by 'if', or made ints by round(...) or floor(...)"
+            : "it looks at ints, bools, directions, axes and roles";
+    type = Type::kError;
+  }
+  if (known && !counts) expressions_.conversions().Want(value, type, "what 'switch' looks at");
+  // The value is kept, as its cases are tried one after the other.
+  statement->index = scope_.AddHidden("switch", value->span, type);
+  statement->type = type;
+  CheckCases(statement, type);
+  ++switches_;
+  for (StmtPtr& block : statement->body) CheckScoped(block.get());
+  --switches_;
+  if (pass_.is_final()) CheckLeftOut(*statement);
+}
+
+void StatementChecker::CheckCases(Stmt* statement, Type type) {
+  std::map<uint32_t, source::Span> seen;
+  const SwitchCase* otherwise = nullptr;
+  for (const SwitchCase& one : statement->cases) {
+    if (one.is_default() && otherwise != nullptr) {
+      pass_.Error(one.span, "a switch has one 'default'").Note(otherwise->span, "the first one");
+    }
+    if (one.is_default()) otherwise = &one;
+    for (const ExprPtr& value : one.values) {
+      expressions_.InferAs(value.get(), type, "the value of a case");
+      if (value->type == Type::kError || value->type == Type::kUnknown) continue;
+      const FoldResult folded = Fold(*value);
+      if (!folded.value) {
+        pass_.Error(value->span, "the value of a case must be known at compile time").hint =
+            "what is found out as the program runs is compared by 'if'";
+        continue;
+      }
+      const auto [place, fresh] = seen.try_emplace(folded.value->cell.bits, value->span);
+      if (fresh) continue;
+      pass_.Error(value->span, "this value has a case already").Note(place->second, "here");
+    }
+  }
+  if (statement->cases.empty()) pass_.Warning(statement->span, "switch without any case");
+}
+
+void StatementChecker::CheckLeftOut(const Stmt& statement) {
+  // Only where all values are those of one enumeration it is clear what is meant.
+  int enumeration = -1;
+  std::set<uint32_t> seen;
+  for (const SwitchCase& one : statement.cases) {
+    if (one.is_default()) return;
+    for (const ExprPtr& value : one.values) {
+      const bool named = value->kind == ExprKind::kName || value->kind == ExprKind::kMember;
+      const int constant = named && value->meaning == Meaning::kConstant ? value->index : -1;
+      const int of = constant < 0 ? -1 : model_.constants[constant].enumeration;
+      if (of < 0 || (enumeration >= 0 && of != enumeration)) return;
+      enumeration = of;
+      seen.insert(value->cell.bits);
+    }
+  }
+  std::string left_out;
+  for (const ConstantModel& constant : model_.constants) {
+    if (enumeration < 0 || constant.enumeration != enumeration) continue;
+    if (seen.contains(constant.cell.bits)) continue;
+    left_out += (left_out.empty() ? "" : ", ") + constant.name;
+  }
+  if (left_out.empty()) return;
+  pass_
+      .Warning(statement.expr->span, "this switch leaves out " + left_out + " of '" +
+                                         model_.program->enumerations[enumeration].name + "'")
+      .hint = "give it a case, or write 'default:' for all that is left";
+}
+
 void StatementChecker::CheckLeave(const Stmt& statement) {
-  if (loops_ > 0) return;
+  if (loops_ > 0 || (switches_ > 0 && statement.kind == StmtKind::kBreak)) return;
   // The generator would have no place to jump to.
   const std::string word = statement.kind == StmtKind::kBreak ? "break" : "continue";
   pass_.Error(statement.span, "'" + word + "' stands outside all loops").hint =
@@ -285,6 +379,13 @@ bool StatementChecker::AlwaysReturns(const Stmt& statement) {
       // Without an else there is a way past the branch.
       return statement.body.size() == 2 && AlwaysReturns(*statement.body[0]) &&
              AlwaysReturns(*statement.body[1]);
+    case StmtKind::kSwitch:
+      // Every value must lead to a block that ends so, and none may leave the switch alone.
+      return std::ranges::any_of(statement.cases,
+                                 [](const SwitchCase& one) { return one.is_default(); }) &&
+             std::ranges::all_of(statement.body, [](const StmtPtr& block) {
+               return AlwaysReturns(*block) && !Breaks(*block);
+             });
     case StmtKind::kWhile:
       // Only a return leaves a loop without end that nothing breaks.
       return statement.expr != nullptr && IsAlwaysTrue(*statement.expr) &&

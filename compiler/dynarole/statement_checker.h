@@ -35,7 +35,13 @@ class StatementChecker {
   void CheckExprStatement(Stmt* statement);
   /// A loop with a head of its own, whose variable ends with it.
   void CheckFor(Stmt* statement);
-  /// `break` and `continue` stand in a loop.
+  /// What is looked at and the values of its cases are of one type, and each value leads to one
+  /// block.
+  void CheckSwitch(Stmt* statement);
+  void CheckCases(Stmt* statement, Type type);
+  /// Warns of values of an enumeration that a switch without `default` leaves out.
+  void CheckLeftOut(const Stmt& statement);
+  /// `break` stands in a loop or a switch, `continue` in a loop.
   void CheckLeave(const Stmt& statement);
   /// Only a bool is a condition: no number and no set stands for one. `word` is that of the
   /// statement, "if" or "while", for the message.
@@ -45,7 +51,8 @@ class StatementChecker {
   Scope& scope_;
   ExpressionChecker& expressions_;
   CheckPass& pass_;
-  int loops_ = 0;  ///< Loops around the statement being checked.
+  int loops_ = 0;     ///< Loops around the statement being checked.
+  int switches_ = 0;  ///< Switches likewise.
 };
 
 }  // namespace morphbus::dynarole

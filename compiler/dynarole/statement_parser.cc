@@ -45,7 +45,9 @@ struct ForeignStatement {
 
 constexpr const char* kForType = "types are found, not written: var NAME = value;";
 constexpr ForeignStatement kForeignStatements[] = {
-    {"switch", "write: if (x == 1) { ... } else if (x == 2) { ... }"},
+    {"switch", "write: switch (x) { case 1: ... case 2: ... default: ... }"},
+    {"case", "it stands in the braces of a 'switch'"},
+    {"default", "it stands in the braces of a 'switch', with a colon behind it"},
     {"elif", "write: else if (...) { ... }"},
     {"elseif", "write: else if (...) { ... }"},
     {"do", "write: while (...) { ... }"},
@@ -162,6 +164,10 @@ StmtPtr StatementParser::ParseStatement() {
         statement = std::move(failed);
         break;
       }
+      if (AtSwitch()) {
+        statement = ParseSwitch();
+        break;
+      }
       if (!AtAssignment()) {
         statement = ParseExpressionStatement();
         break;
@@ -218,6 +224,90 @@ StmtPtr StatementParser::ParseIf() {
   statement->body.push_back(ParseStatement());
   if (!in_.failed() && in_.TakeIf(TokenKind::kElse)) statement->body.push_back(ParseStatement());
   return statement;
+}
+
+// `switch` is a word only before a condition and a brace, so that programs may use it as a name.
+bool StatementParser::AtSwitch() const {
+  if (!in_.Is(TokenKind::kName) || in_.TextOf(in_.Peek()) != "switch") return false;
+  size_t ahead = 1, depth = 0;
+  do {
+    const TokenKind kind = in_.Peek(ahead++).kind;
+    if (kind == TokenKind::kEnd || kind == TokenKind::kSemicolon) return false;
+    if (kind == TokenKind::kLeftParen) ++depth;
+    if (kind == TokenKind::kRightParen) --depth;
+  } while (depth > 0);
+  return in_.Peek(1).kind == TokenKind::kLeftParen && in_.Peek(ahead).kind == TokenKind::kLeftBrace;
+}
+
+bool StatementParser::AtCase() const {
+  // A variable may have such a name.
+  const std::string word = in_.Is(TokenKind::kName) ? in_.TextOf(in_.Peek()) : "";
+  return (word == "case" && !AtAssignment()) ||
+         (word == "default" && in_.Peek(1).kind == TokenKind::kColon);
+}
+
+// `switch (value) { case A, B: statements ... default: statements }`
+StmtPtr StatementParser::ParseSwitch() {
+  StmtPtr statement = NewStatement(StmtKind::kSwitch);
+  in_.Take();
+  statement->expr = ParseCondition("switch");
+  if (in_.failed()) return statement;
+  const Span opening = in_.Take().span;
+  while (!in_.Is(TokenKind::kRightBrace)) {
+    if (in_.Is(TokenKind::kEnd) || in_.AtMember()) {
+      in_.ExpectClosing(TokenKind::kRightBrace, opening);
+      return statement;
+    }
+    if (in_.said_enough()) return statement;
+    in_.Recover();
+    if (AtCase()) {
+      statement->cases.push_back(ParseCase());
+      statement->body.push_back(NewStatement(StmtKind::kBlock));
+    } else {
+      in_.Unexpected("'case' or 'default'", "for example: case 1: ... default: ...");
+    }
+    if (in_.failed()) {
+      SkipToCase();
+      continue;
+    }
+    // A block reaches to the next case; nothing goes on from one into another.
+    Stmt& block = *statement->body.back();
+    block.span = in_.Peek().span;
+    while (!in_.Is(TokenKind::kRightBrace) && !AtCase() && !in_.said_enough() &&
+           (!in_.AtMember() || in_.Is(TokenKind::kConst)) && !in_.Is(TokenKind::kEnd)) {
+      in_.Recover();
+      block.body.push_back(ParseStatement());
+      if (in_.failed()) SkipStatement();
+    }
+    block.span = in_.SpanFrom(block.span);
+  }
+  // What stands behind the switch has nothing to do with what is wrong in it.
+  in_.Recover();
+  in_.Take();
+  return statement;
+}
+
+void StatementParser::SkipToCase() {
+  int depth = 0;
+  while (!in_.Is(TokenKind::kEnd) && !in_.AtMember()) {
+    if (depth == 0 && (in_.Is(TokenKind::kRightBrace) || AtCase())) return;
+    const TokenKind kind = in_.Take().kind;
+    if (kind == TokenKind::kLeftBrace) ++depth;
+    if (kind == TokenKind::kRightBrace) --depth;
+  }
+}
+
+SwitchCase StatementParser::ParseCase() {
+  SwitchCase found;
+  found.span = in_.Peek().span;
+  if (in_.TextOf(in_.Take()) == "case") {
+    do {
+      found.values.push_back(expressions_.Parse());
+    } while (!in_.failed() && in_.TakeIf(TokenKind::kComma));
+  }
+  found.span = in_.SpanFrom(found.span);
+  if (!in_.failed()) in_.Expect(TokenKind::kColon, "behind the values of the case");
+  return found;
 }
 
 StmtPtr StatementParser::ParseWhile() {

@@ -22,6 +22,15 @@ class StatementParser {
   StmtPtr ParseStatement();
   StmtPtr ParseVar();
   StmtPtr ParseIf();
+  /// Whether a switch begins here: its word, a condition and a brace.
+  [[nodiscard]] bool AtSwitch() const;
+  StmtPtr ParseSwitch();
+  /// Whether a case of a switch begins here.
+  [[nodiscard]] bool AtCase() const;
+  /// `case VALUES:` or `default:`
+  SwitchCase ParseCase();
+  /// Recovery: moves on to the next case or the end of the switch.
+  void SkipToCase();
   StmtPtr ParseWhile();
   StmtPtr ParseFor();
   /// `break;` or `continue;`

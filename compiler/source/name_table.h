@@ -46,6 +46,8 @@ enum class NameKind : uint8_t {
   kFunction,
   /// A variable of a routine, or one that it is called with.
   kVariable,
+  /// An enumeration, whose values are constants.
+  kEnumeration,
   /// A part of a module type, by its keyword: `JOINT_1`, `LINK_BAR`, `C1`.
   kKeyword,
   /// What the language itself offers.

@@ -297,7 +297,7 @@ class Cli(Case):
 
     def test_roles_settle_without_moving(self):
         answer = as_json('roles', MODEL, PROGRAM, '--robot', 'quadruped')
-        self.assertEqual(list(answer), ['modules', 'problems', 'unplayed'])
+        self.assertEqual(list(answer), ['modules', 'problems', 'unplayed', 'id_lines'])
         self.assertEqual(answer['modules']['m5']['role'], 'Junction')
         m1 = answer['modules']['m1']
         self.assertEqual(m1['role'], 'FrontLeftLowerHalf')
@@ -322,6 +322,12 @@ class Cli(Case):
         image = (self.folder / 'b').read_bytes()
         self.assertEqual((answer['output'], answer['bytes']), (str(self.folder / 'b'), len(image)))
         self.assertRegex(answer['hash'], '^[0-9a-f]{16}$')
+        self.assertEqual(answer['large_profile'], [])
+        large = self.folder / 'large.dyn'
+        large.write_text('role R extends Module {\n  startup s() {\n    print(self.place($UP_DOWN), exp(self.time), int(self.time));\n  }\n}\n')
+        self.assertEqual(as_json('compile', large, '--model', MODEL, '-o', self.folder / 'c')['large_profile'], ['exp', 'place'])
+        self.assertIn('not for the small profile of microcontrollers: exp, place\n',
+                      morphbus('compile', large, '--model', MODEL, '-o', self.folder / 'c', '--force').stdout)
         morphbus('compile', PROGRAM, '--model', MODEL, '-o', '-', '--json', status=2)
         self.assertEqual((self.folder / 'a').read_bytes(), (self.folder / 'b').read_bytes())
         self.assertIn('Junction', morphbus('disasm', self.folder / 'a').stdout)

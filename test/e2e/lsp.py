@@ -157,6 +157,34 @@ class Features(Session):
         self.assertIn('Paw', morphbus('roles', self.folder / 'mtran.m3l', self.folder / 'quadruped.dyn', '--robot',
                                       'quadruped').stdout)
 
+    def test_enumerations_switches_and_functions_outside_roles(self):
+        text = ('enum Phase { LIFT, SWING }\nfunction shown(x) {\n  return x + 1;\n}\nrole R extends Module {\n  phase = LIFT;\n'
+                '  behavior b() {\n    switch (phase) {\n      case LIFT:\n        phase = Phase.SWING;\n      default:\n'
+                '        phase = phase == SWING ? LIFT : shown(0);\n        self.sleepds(1);\n    }\n  }\n}\n')
+        self.editor.replace(self.program, text, 2)
+        self.assertEqual(self.editor.diagnostics(self.program, 2), [])
+        self.assertIn('Phase.SWING = 1', self.editor.hover(self.program, 'phase = Phase.|SWING'))
+        self.assertIn('enum Phase', self.editor.hover(self.program, 'phase = |Phase.SWING'))
+        self.assertIn('function shown(x: int): int', self.editor.hover(self.program, ': |shown(0)'))
+        self.assertIn('the number of the module', self.labels_at(text.replace('phase = Phase.SWING', 'phase = self.'), 'phase = self.|')['id'])
+        self.assertEqual(list(self.labels_at(text.replace('Phase.SWING', 'Phase.'), 'phase = Phase.|')), ['LIFT', 'SWING'])
+        self.assertIn('switch', self.labels_at(text.replace('        self.sleepds', '        s\n        self.sleepds'), '        s|\n'))
+        self.assertIn('x', self.labels_at(text.replace('return x + 1', 'return '), 'return |'))
+        self.editor.replace(self.program, text, 99)
+        renamed = self.editor.apply(self.editor.ask('textDocument/rename', {**self.editor.at(self.program, 'Phase.|SWING'), 'newName': 'DOWN'}))
+        self.assertEqual(renamed[self.program].count('DOWN'), 3)
+        renamed = self.editor.apply(self.editor.ask('textDocument/rename', {**self.editor.at(self.program, 'enum |Phase'), 'newName': 'Step'}))
+        self.assertIn('phase = Step.SWING;', renamed[self.program])
+        outline = self.editor.ask('textDocument/documentSymbol', {'textDocument': {'uri': self.program}})
+        self.assertEqual({one['name'] for one in outline}, {'Phase', 'LIFT', 'SWING', 'shown', 'R'})
+
+    def labels_at(self, text, place):
+        """What is offered in this text: labels and their details."""
+        self.editor.replace(self.program, text, 50)
+        found = self.editor.ask('textDocument/completion', self.editor.at(self.program, place))
+        items = found['items'] if isinstance(found, dict) else found
+        return {one['label']: one.get('detail', '') for one in items}
+
     def test_rename_refuses_what_cannot_be(self):
         def refused(uri, place, name):
             return self.editor.ask('textDocument/rename', {**self.editor.at(uri, place), 'newName': name}, error=True)['message']

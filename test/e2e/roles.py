@@ -46,6 +46,12 @@ class Roles(Case):
         self.assertEqual(answer['unplayed'], ['Hermit', 'Pair'])
         self.assertIn("m2: not Pair: label odd fits no joints, and one is wanted", answer['problems'])
 
+    def test_a_program_that_asks_for_module_numbers_is_marked(self):
+        program = self.program('role R extends Module {\n  behavior b() {\n    if (self.id == 3) self.sleepds(2);\n    self.sleepds(1);\n  }\n}\n')
+        said = self.roles(program)
+        self.assertIn(f"{program}:3:5: warning: the program asks for the module's number", said)
+        self.assertEqual(as_json('roles', MODEL, program, '--robot', 'quadruped')['id_lines'], [3])
+
     def test_an_image_has_no_text_to_show_and_says_the_same(self):
         program = self.program(NOBODY)
         morphbus('compile', program, '--model', MODEL, '-o', self.folder / 'x.image')

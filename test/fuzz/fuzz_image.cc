@@ -34,6 +34,7 @@ class ArbitraryHost final : public ProgramHost {
   OpResult SetDegrees(int, float, bool) override { return Result(); }
   OpResult JointDegrees(int, float* v) override { return Value(v); }
   OpResult JointEffort(int, float* v) override { return Value(v); }
+  OpResult JointVelocity(int, float* v) override { return Value(v); }
   OpResult TurnContinuous(int, float) override { return Result(); }
   OpResult MoveMillimetres(int, float, bool) override { return Result(); }
   OpResult SetMillimetres(int, float, bool) override { return Result(); }
@@ -60,6 +61,9 @@ class ArbitraryHost final : public ProgramHost {
   }
   int64_t RootTimeUs() override { return static_cast<int64_t>(Next()) << 32; }
   int Hops() override { return static_cast<int>(Next()); }
+  int Id() override { return static_cast<int>(Next()); }
+  OpResult Place(Axis, float* v) override { return Value(v); }
+  OpResult Heading(float* v) override { return Value(v); }
   float Random() override { return static_cast<float>(Next() % 256) / 256; }
   OpResult Sleep(int64_t) override { return {FaultCode::kNone, true}; }
   OpResult Invoke(int, int, const Cell*, int) override { return Result(); }

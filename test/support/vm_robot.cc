@@ -174,7 +174,10 @@ void VmRobot::Tick(int count) {
       vm::TickInput input;
       input.tick = tick_;
       input.sim_time_us = tick_ * options_.tick_us;
-      for (size_t j = 0; j < q_[Index(m)].size(); ++j) input.joint_position[j] = q_[Index(m)][j];
+      for (size_t j = 0; j < q_[Index(m)].size(); ++j) {
+        input.joint_position[j] = q_[Index(m)][j];
+        if (!speeds_.empty()) input.joint_velocity[j] = speeds_[Index(m)][j];
+      }
       std::copy(efforts_[Index(m)].begin(), efforts_[Index(m)].end(), input.joint_effort);
       std::copy(sensors_[Index(m)].begin(), sensors_[Index(m)].end(), input.sensor_values);
       if (X_RL_sensed_ && node.config.is_root) {
@@ -207,6 +210,7 @@ void VmRobot::Tick(int count) {
 
 void VmRobot::MoveJoints() {
   const double dt = static_cast<double>(options_.tick_us) * 1e-6;
+  const model::JointValues before = q_;
   for (int m = 0; m < size(); ++m) {
     for (size_t j = 0; j < q_[Index(m)].size(); ++j) {
       if (blocked_[Index(m)][j]) continue;
@@ -217,6 +221,10 @@ void VmRobot::MoveJoints() {
       const double step = options_.instant_servo ? INFINITY : command.speed * dt;
       q += std::clamp(command.target - q, -step, step);
     }
+  }
+  speeds_ = q_;
+  for (size_t m = 0; m < q_.size(); ++m) {
+    for (size_t j = 0; j < q_[m].size(); ++j) speeds_[m][j] = (q_[m][j] - before[m][j]) / dt;
   }
 }
 

@@ -141,6 +141,8 @@ class VmRobot {
   std::vector<bool> docked_;
   std::vector<std::vector<bool>> blocked_;
   model::JointValues q_;
+  /// How fast the joints moved in the last tick; empty before the first one.
+  model::JointValues speeds_;
   std::vector<std::vector<float>> sensors_, efforts_;
   /// history_[0]: what each module said in the last tick, nullptr if it was silent.
   std::deque<std::vector<std::unique_ptr<vm::NeighbourMessage>>> history_;

@@ -66,6 +66,67 @@ TEST(MathematicsTest, ArcsAreWithinAUnitInTheLastPlace) {
   });
 }
 
+TEST(MathematicsTest, ExponentialsAndLogarithmsAreWithinAUnitInTheLastPlace) {
+  ForMany(88, [](float x) {
+    const auto wide = static_cast<double>(x);
+    // Below it floats have fewer digits.
+    if (x > -87) {
+      ASSERT_LE(Error(Mathematics(Opcode::kExp, x, 0), std::exp(wide)), 0.51) << x;
+    }
+    const float size = std::fabs(x);
+    if (size > 0) {
+      ASSERT_LE(Error(Mathematics(Opcode::kLog, size, 0), std::log(std::fabs(wide))), 0.51) << x;
+    }
+  });
+  // Close to 1, and of the smallest and largest floats.
+  for (const float x : {0.99999994f, 1.0000001f, 1e-45f, 3.4028235e38f, 0.70710677f, 1.4142135f}) {
+    EXPECT_LE(Error(Mathematics(Opcode::kLog, x, 0), std::log(static_cast<double>(x))), 0.51) << x;
+  }
+  EXPECT_EQ(Mathematics(Opcode::kExp, -200, 0), 0);
+  EXPECT_FALSE(std::isfinite(Mathematics(Opcode::kExp, 89, 0)));
+  EXPECT_FALSE(std::isfinite(Mathematics(Opcode::kExp, 1e30f, 0)));
+  EXPECT_FALSE(std::isfinite(Mathematics(Opcode::kLog, 0, 0)));
+  EXPECT_FALSE(std::isfinite(Mathematics(Opcode::kLog, -1, 0)));
+}
+
+TEST(MathematicsTest, PowersAreWithinAUnitInTheLastPlace) {
+  float last = 2;
+  ForMany(100, [&last](float x) {
+    const double size = std::fabs(static_cast<double>(x)), exponent = static_cast<double>(last) / 8;
+    const double exact = std::pow(size, exponent);
+    if (exact > 1e-37 && exact < 3e38) {
+      ASSERT_LE(Error(Mathematics(Opcode::kPow, std::fabs(x), last / 8), exact), 0.51)
+          << x << " " << last / 8;
+    }
+    last = x;
+  });
+  const struct {
+    float a, b, power;
+  } kKnown[] = {{-2, 3, -8}, {-2, 4, 16},   {-2, -1, -0.5f}, {0, 2, 0},    {0, 0, 1},
+                {5, 0, 1},   {1, 1e30f, 1}, {-1, 3, -1},     {9, 0.5f, 3}, {10, -2, 0.01f}};
+  for (const auto& [a, b, power] : kKnown) EXPECT_EQ(Mathematics(Opcode::kPow, a, b), power) << a;
+  EXPECT_FALSE(std::isfinite(Mathematics(Opcode::kPow, -2, 0.5f)));
+  EXPECT_FALSE(std::isfinite(Mathematics(Opcode::kPow, 0, -1)));
+  EXPECT_FALSE(std::isfinite(Mathematics(Opcode::kPow, 1e20f, 2)));
+}
+
+TEST(MathematicsTest, FloatsThatFitBecomeInts) {
+  int32_t number = 0;
+  const struct {
+    float x;
+    int32_t number;
+  } kKnown[] = {
+      {0.0f, 0}, {2.9f, 2}, {-2.9f, -2}, {2147483520.0f, 2147483520}, {-2147483648.0f, INT32_MIN}};
+  for (const auto& [x, expected] : kKnown) {
+    ASSERT_TRUE(ToInt(x, &number)) << x;
+    EXPECT_EQ(number, expected);
+  }
+  for (const float x : {2147483648.0f, -2147483904.0f, 1e30f}) EXPECT_FALSE(ToInt(x, &number)) << x;
+  EXPECT_EQ(Mathematics(Opcode::kSign, 3.5f, 0), 1);
+  EXPECT_EQ(Mathematics(Opcode::kSign, -1e-30f, 0), -1);
+  EXPECT_EQ(Mathematics(Opcode::kSign, 0, 0), 0);
+}
+
 TEST(MathematicsTest, WholeNumbersAreThoseOfTheLibrary) {
   ForMany(1e9, [](float x) {
     ASSERT_EQ(Mathematics(Opcode::kFloor, x, 0), std::floor(x)) << x;

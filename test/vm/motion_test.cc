@@ -53,6 +53,46 @@ TEST_F(MotionTest, EffortIsReadInTheConventionsSign) {
   EXPECT_EQ(Targets(60).back(), -40);
 }
 
+TEST_F(MotionTest, VelocityIsReadInTheConventionsSign) {
+  VmRobot& vms = Lone(R"(
+  first = 0.0; one = 0.0; two = 0.0;
+  startup s() {
+    self.jointSetDegreesNonBlocking(self.TURN, 60);
+    self.sleepcs(6);
+    first = self.jointVelocity(self.TURN);
+    self.setJointAxis(self.TURN, $LINK_ONE, $EAST_WEST);
+    one = self.jointVelocity(self.TURN);
+    self.setJointAxis(self.TURN, $LINK_TWO, $EAST_WEST);
+    two = self.jointVelocity(self.TURN);
+    print(first, one, two);
+  }
+)");
+  TakeRole();
+  vms.Tick(10);
+  const Cell* fields = vms.state(0).role.fields;
+  const double speed = model_.module_types[0].joints[0].speed * 180 / M_PI;
+  EXPECT_NEAR(fields[0].AsFloat(), speed, 0.01);
+  EXPECT_NEAR(fields[1].AsFloat(), speed, 0.01);
+  EXPECT_NEAR(fields[2].AsFloat(), -speed, 0.01);
+}
+
+TEST_F(MotionTest, PrismaticJointsHaveVelocitiesInMillimetresASecond) {
+  VmRobot& vms = Lone(R"(
+  first = 0.0;
+  startup s() {
+    self.jointSetMillimetresNonBlocking(self.SLIDE, 40);
+    self.sleepcs(6);
+    first = self.jointVelocity(self.SLIDE);
+    print(first);
+  }
+)",
+                      1);
+  TakeRole();
+  vms.Tick(10);
+  EXPECT_NEAR(vms.state(0).role.fields[0].AsFloat(), model_.module_types[1].joints[1].speed * 1000,
+              0.01);
+}
+
 TEST_F(MotionTest, PrismaticJointsHaveEffortsAndFixedOnesDoNot) {
   VmRobot& vms = Lone(R"(
   startup s() {

@@ -92,6 +92,43 @@ TEST_P(QuadrupedTest, LabelsAreTheJointsOfThePaper) {
   }
 }
 
+constexpr char kAsksWhere[] = R"(
+role R extends Module {
+  north = 0.0; up = 0.0; east = 0.0; heading = 0.0; id = 0; mine = false;
+  behavior b() {
+    north = self.place($NORTH_SOUTH);
+    up = self.place($UP_DOWN);
+    east = self.place($EAST_WEST);
+    heading = self.heading;
+    id = self.id;
+    mine = self.role == $R;
+    print(north, up, east, heading, id, mine);
+  }
+}
+)";
+
+// The modules' origins in the robot frame are the known answers of spec/m3l.md, in model units of
+// 32.5 mm; a module's links have one frame at the beginning, so that its place is its origin.
+TEST_P(QuadrupedTest, ModulesKnowWhoAndWhereTheyAre) {
+  VmRobot vms(Mtran(), Robot(), test::ProgramFrom(kAsksWhere, Mtran()));
+  vms.Tick(40);
+  const model::KinematicState truth = model::ForwardKinematics(Mtran(), Robot(), vms.joints());
+  for (int m = 0; m < vms.size(); ++m) {
+    const Cell* fields = vms.state(m).role.fields;
+    const PoseF X_RL = test::ToFloat(truth.X_RL[static_cast<size_t>(m)][0]);
+    EXPECT_NEAR(fields[0].AsFloat(), X_RL.p.x * 1000, 0.01);
+    EXPECT_NEAR(fields[1].AsFloat(), 0, 0.01);
+    EXPECT_NEAR(fields[2].AsFloat(), X_RL.p.z * 1000, 0.01);
+    // All stand as the root does or are turned about north.
+    EXPECT_NEAR(fields[3].AsFloat(), 0, 0.01);
+    EXPECT_EQ(fields[4].AsInt(), m + 1);
+    EXPECT_TRUE(fields[5].AsBool());
+  }
+  const double m1_east = GetParam().robot == std::string("quadruped") ? -65 : 65;
+  EXPECT_NEAR(vms.state(0).role.fields[0].AsFloat(), 162.5, 0.01);
+  EXPECT_NEAR(vms.state(0).role.fields[2].AsFloat(), m1_east, 0.01);
+}
+
 /// The targets that each joint was given in turn, without the times.
 using Walk = std::vector<std::vector<double>>;
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstring>
+#include <set>
 
 #include "compiler/dynarole/compile.h"
 #include "compiler/keywords/keyword_table.h"
@@ -73,6 +74,25 @@ Result<std::unique_ptr<vm::VerifiedKinematics>> VerifyKinematicsImage(const std:
       vm::VerifyKinematics(Bytes(image), static_cast<uint32_t>(image.size()), kinematics.get());
   if (error.message != nullptr) return tl::unexpected(Damaged("kinematics", error));
   return kinematics;
+}
+
+InstructionPlaces FindInstructions(const vm::VerifiedProgram& program,
+                                   const std::function<bool(vm::Opcode)>& wanted) {
+  std::set<int> lines;
+  std::set<std::string> mnemonics;
+  for (int f = 0; f < program.num_functions(); ++f) {
+    const vm::FunctionInfo function = program.function(f);
+    const uint8_t* code = program.bytes() + function.code_begin;
+    for (uint32_t pc = 0; pc < function.code_size;) {
+      const auto op = static_cast<vm::Opcode>(code[pc]);
+      if (wanted(op)) {
+        lines.insert(program.LineOf(f, pc));
+        mnemonics.insert(vm::kOpcodeTexts[code[pc]].mnemonic);
+      }
+      pc += 1 + vm::OperandBytes(vm::InfoOf(op).operand);
+    }
+  }
+  return {{lines.begin(), lines.end()}, {mnemonics.begin(), mnemonics.end()}};
 }
 
 uint64_t HashOfImage(const std::string& image) {

@@ -2,6 +2,7 @@
 // DynaRole programs and images as the command line takes them.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "compiler/model/robot_model.h"
 #include "vm/image/image_texts.h"
 #include "vm/image/kinematics_image.h"
+#include "vm/image/opcodes.h"
 #include "vm/image/pose.h"
 #include "vm/image/program.h"
 
@@ -35,6 +37,14 @@ std::optional<CompiledProgram> LoadProgram(
 /// outlive it. The error says what is damaged, and at which byte.
 Result<std::unique_ptr<vm::VerifiedProgram>> VerifyProgram(const std::string& image);
 Result<std::unique_ptr<vm::VerifiedKinematics>> VerifyKinematicsImage(const std::string& image);
+/// Where a program has instructions that `wanted` is true of: lines, from 1 (0 where the image holds
+/// none), and mnemonics, each once and in order.
+struct InstructionPlaces {
+  std::vector<int> lines;
+  std::vector<std::string> mnemonics;
+};
+InstructionPlaces FindInstructions(const vm::VerifiedProgram& program,
+                                   const std::function<bool(vm::Opcode)>& wanted);
 /// The hash in the header of a verified program image.
 uint64_t HashOfImage(const std::string& image);
 /// The hash in a kinematics image. Fails for an image that is damaged.

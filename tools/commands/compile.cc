@@ -111,11 +111,22 @@ int Compile(const CompileOptions& options) {
   }
   const Result<void> written = WriteFile(options.output, image);
   if (!written) return Unusable(written.error().message);
+  // What a microcontroller would have to hold, besides what the quadruped needs.
+  const Result<std::unique_ptr<vm::VerifiedProgram>> verified = VerifyProgram(program->image);
+  const InstructionPlaces large = FindInstructions(
+      **verified, [](vm::Opcode op) { return !vm::IsInEveryProfile(op); });
   // On standard output the image stands alone.
   if (options.json) {
-    PrintJson({{"output", options.output}, {"bytes", image.size()}, {"hash", Hex(program->hash)}});
+    PrintJson({{"output", options.output},
+               {"bytes", image.size()},
+               {"hash", Hex(program->hash)},
+               {"large_profile", large.mnemonics}});
   } else if (options.output != "-") {
     Print("{}: {} bytes, hash {:016x}\n", options.output, image.size(), program->hash);
+    if (!large.mnemonics.empty()) {
+      Print("not for the small profile of microcontrollers: {}\n",
+            fmt::join(large.mnemonics, ", "));
+    }
   }
   return kDone;
 }

@@ -111,6 +111,11 @@ void PrintProblems(const RunPlan& plan, const StaticRoles& roles, ModelSource so
     }
   }
   for (const UnplayedRole& role : roles.unplayed) AddUnplayed(both, plan, role, &diagnostics);
+  for (const int line : roles.id_lines) {
+    diagnostics.Warning(both.LineAt(line).value_or(source::Span{-1, 0, 0}),
+                        "the program asks for the module's number: what it does no longer follows "
+                        "from where a module is");
+  }
   // This is the answer, so it goes to stdout, other than the compiler's diagnostics.
   const bool color = IsFancyTerminal(STDOUT_FILENO);
   PrintText(source::Render(diagnostics, both.sources(), color));
@@ -180,7 +185,10 @@ Json RolesJson(const StaticRoles& roles) {
     problems.push_back(fmt::format("roles still change after {} ticks", roles.ticks));
   Json unplayed = Json::array();
   for (const UnplayedRole& role : roles.unplayed) unplayed.push_back(role.name);
-  return {{"modules", modules}, {"problems", problems}, {"unplayed", unplayed}};
+  return {{"modules", modules},
+          {"problems", problems},
+          {"unplayed", unplayed},
+          {"id_lines", roles.id_lines}};
 }
 
 void PrintRoles(const RunPlan& plan, const StaticRoles& roles, ModelSource source) {

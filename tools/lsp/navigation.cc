@@ -49,6 +49,8 @@ int SymbolKindOf(NameKind kind) {
       return 24;  // Event.
     case NameKind::kInstance:
       return 19;  // Object.
+    case NameKind::kEnumeration:
+      return 10;  // Enum.
     case NameKind::kConstant:
     case NameKind::kParameter:
       return 14;  // Constant.

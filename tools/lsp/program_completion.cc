@@ -58,6 +58,10 @@ class ProgramContext {
   [[nodiscard]] const std::string& member() const { return member_; }
   /// 0 outside of roles, 1 between members, more within one.
   [[nodiscard]] int braces() const { return braces_; }
+  /// Whether the place is within the code of a member, or of a function outside roles.
+  [[nodiscard]] bool InBody() const {
+    return braces_ > 1 || (braces_ == 1 && role_.empty() && !member_.empty());
+  }
   /// Whether a statement or a member begins at the place.
   [[nodiscard]] bool AtBeginning() const {
     const std::string before = Before();
@@ -89,7 +93,10 @@ class ProgramContext {
   void Follow(size_t i) {
     const dynarole::TokenKind kind = tokens_[i].kind;
     if (kind == dynarole::TokenKind::kRole && i + 1 < count_ && braces_ == 0) role_ = TextOf(i + 1);
-    if (braces_ == 1 && dynarole::IsMemberWord(kind) && i + 1 < count_) member_ = TextOf(i + 1);
+    // Functions stand outside roles, too.
+    const bool begins = braces_ == 1 ? dynarole::IsMemberWord(kind)
+                                     : braces_ == 0 && kind == dynarole::TokenKind::kFunction;
+    if (begins && !InBody() && i + 1 < count_) member_ = TextOf(i + 1);
     if (kind == dynarole::TokenKind::kLeftBrace) ++braces_;
     if (kind == dynarole::TokenKind::kRightBrace && --braces_ <= 0) {
       braces_ = 0;
@@ -150,7 +157,10 @@ std::string CallSnippet(const std::string& name, const std::vector<std::string>&
 class ProgramCompleter {
  public:
   ProgramCompleter(const ProgramFile& program, const ProgramContext& at)
-      : program_(program), names_(program.names), at_(at), role_(RoleNamed(at.role())) {}
+      : program_(program), names_(program.names), at_(at) {
+    // A function outside roles knows what all of them have.
+    role_ = RoleNamed(at.role().empty() && at.InBody() ? "Module" : at.role());
+  }
 
   Json Complete() {
     if (at_.InText()) return items_.Take();
@@ -163,7 +173,7 @@ class ProgramCompleter {
     } else if (at_.braces() == 0) {
       OfferWords(WordPlace::kProgram);
       if (at_.InValue()) OfferConstants();
-    } else if (at_.braces() == 1 && at_.AtBeginning()) {
+    } else if (!at_.InBody() && at_.AtBeginning()) {
       OfferWords(WordPlace::kRole);
       OfferInherited();
     } else {
@@ -300,7 +310,17 @@ class ProgramCompleter {
     if (base == ")") return OfferOfNeighbours();
     const int role = RoleNamed(base);
     if (role >= 0) return OfferCommands(role);
+    if (names_.Find(NameKind::kEnumeration, base) >= 0) return OfferValues(base);
     OfferOfPart(base);
+  }
+
+  /// The values of an enumeration.
+  void OfferValues(const std::string& enumeration) {
+    for (const NamedThing& thing : names_.things) {
+      if (thing.kind != NameKind::kConstant) continue;
+      if (!thing.summary.starts_with(enumeration + ".")) continue;
+      items_.Add(thing.name, ItemKind::kConstant, thing.summary);
+    }
   }
 
   void OfferCommands(int role) {

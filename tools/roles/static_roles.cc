@@ -189,6 +189,8 @@ Result<StaticRoles> SettleRoles(const RunPlan& plan, const DockedTable* docked) 
     if (played[r] || program.role(r).abstract_role) continue;
     roles.unplayed.push_back(writer.DescribeUnplayed(r));
   }
+  roles.id_lines =
+      FindInstructions(program, [](vm::Opcode op) { return op == vm::Opcode::kId; }).lines;
   return roles;
 }
 

@@ -53,6 +53,9 @@ struct StaticRoles {
   int64_t ticks = 0;
   /// In the order of their declarations.
   std::vector<UnplayedRole> unplayed;
+  /// Lines of the program, from 1, that ask for the module's number, each once: what it does then
+  /// is no longer the same for all robots of one configuration.
+  std::vector<int> id_lines;
 };
 
 /// What the modules of a plan's robot settle on (StaticRobot::Settle). Roles that never settle are

@@ -19,6 +19,9 @@ bool CodeChecker::Check(int index, CodeFacts* facts) {
     if (!reachable) return error_.Fail("unreachable instruction", at);
     const uint8_t* code = program_.bytes() + at;
     if (*code >= kNumOpcodes) return error_.Fail("unknown instruction", at);
+    if (!kHoldsAllInstructions && !IsInEveryProfile(static_cast<Opcode>(*code))) {
+      return error_.Fail("this build leaves the instruction out", at);
+    }
     const OpcodeInfo& row = kOpcodes[*code];
     const uint32_t length = 1 + OperandBytes(row.operand);
     if (length > end - at) return error_.Fail("instruction is cut off", at);

@@ -1,6 +1,7 @@
 #include "vm/role/module_services.h"
 
 #include "vm/role/motion.h"
+#include "vm/run/mathematics.h"
 #include "vm/space/bodies.h"
 #include "vm/space/spatial.h"
 #include "vm/spread/diffusion.h"
@@ -268,6 +269,16 @@ OpResult ModuleServices::JointEffort(int joint, float* effort) {
   return {};
 }
 
+OpResult ModuleServices::JointVelocity(int joint, float* velocity) {
+  if constexpr (!kHoldsAllInstructions) return {};
+  if (!Moves(joint)) return RefuseJoint(FaultCode::kFixedJoint, joint);
+  const double si = context_.input == nullptr ? 0 : context_.input->joint_velocity[joint];
+  *velocity = static_cast<float>(SignOf(context_, joint) * si *
+                                 UnitsPerSi(context_.kinematics.joint(joint))) +
+              0.0f;
+  return {};
+}
+
 OpResult ModuleServices::TurnContinuous(int joint, float degrees_per_s) {
   // Only a continuous joint can turn without end.
   if (!Moves(joint) || context_.kinematics.joint(joint).kind != JointKind::kContinuous) {
@@ -352,6 +363,25 @@ int64_t ModuleServices::RootTimeUs() {
 }
 
 int ModuleServices::Hops() { return context_.state.pose.has ? context_.state.pose.hops : 0; }
+
+OpResult ModuleServices::Place(Axis axis, float* mm) {
+  if constexpr (!kHoldsAllInstructions) return {};
+  if (!context_.state.pose.has) return Refuse({.code = FaultCode::kNoPose});
+  // $ANY is no axis along which anything could be measured; its unit vector is 0.
+  *mm = Dot(PlaceOf(context_), UnitOf(axis)) * 1000.0f + 0.0f;
+  return {};
+}
+
+OpResult ModuleServices::Heading(float* degrees) {
+  if constexpr (!kHoldsAllInstructions) return {};
+  if (!context_.state.pose.has) return Refuse({.code = FaultCode::kNoPose});
+  // The link that the pose came in by need not be level with the module as it stands at the
+  // beginning, so that the first link counts.
+  const Vec3 x_R = Rotate(context_.state.pose.X_RL[0].q, {1, 0, 0});
+  // About up, north turns to west: R is +X north, +Y up, +Z east.
+  *degrees = Mathematics(Opcode::kAtan2, -x_R.z, x_R.x);
+  return {};
+}
 
 /// The numbers of a module are those of a counter, mixed with what makes its life another one.
 float ModuleServices::Random() {

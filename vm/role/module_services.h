@@ -50,6 +50,7 @@ class ModuleServices final : public ProgramHost {
   OpResult SetDegrees(int joint, float degrees, bool blocking) override;
   OpResult JointDegrees(int joint, float* degrees) override;
   OpResult JointEffort(int joint, float* effort) override;
+  OpResult JointVelocity(int joint, float* velocity) override;
   OpResult TurnContinuous(int joint, float degrees_per_s) override;
   OpResult MoveMillimetres(int joint, float mm, bool blocking) override {
     return MoveBy(joint, mm, false, blocking);
@@ -69,6 +70,9 @@ class ModuleServices final : public ProgramHost {
   // Time, chance and other modules.
   int64_t RootTimeUs() override;
   int Hops() override;
+  int Id() override { return context_.config.module_id; }
+  OpResult Place(Axis axis, float* mm) override;
+  OpResult Heading(float* degrees) override;
   float Random() override;
   OpResult Sleep(int64_t duration_us) override;
   OpResult Invoke(int role, int command_slot, const Cell* arguments, int count) override;

@@ -19,8 +19,6 @@ constexpr float kUnlimited = 1e30f;       // rad or m; images carry the largest 
 
 bool IsPrismatic(const KinJoint& joint) { return joint.kind == JointKind::kPrismatic; }
 
-/// Degrees a radian, or millimetres a metre.
-double UnitsPerSi(const KinJoint& joint) { return IsPrismatic(joint) ? 1000.0 : 180.0 / kPi; }
 
 /// The same angle from -180 to 180 degrees. Exact: whole turns and an angle that is nearer to them
 /// than half a turn differ by less than either. What no sensor can say is no angle.
@@ -131,6 +129,8 @@ void CheckTurning(Context& context, int j, double turned, int64_t dt_us) {
 }
 
 }  // namespace
+
+double UnitsPerSi(const KinJoint& joint) { return IsPrismatic(joint) ? 1000.0 : 180.0 / kPi; }
 
 void UpdateJoints(Context& context, const TickInput& input, int64_t dt_us) {
   for (int j = 0; j < context.kinematics.num_joints(); ++j) {

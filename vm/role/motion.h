@@ -27,6 +27,8 @@ void SetConvention(Context& context, int joint, int link, Axis axis, Fault* faul
 
 /// +1 or -1: the convention's sign, the actuator's own without one.
 double SignOf(const Context& context, int joint);
+/// Degrees a radian, or millimetres a metre where the joint slides.
+double UnitsPerSi(const KinJoint& joint);
 
 /// Sets an absolute target: `sign` times `asked` in the actuator's own sign. Returns false if it
 /// had to be clamped by more than the tolerance; *fault then says to what.

@@ -29,6 +29,8 @@ struct Context {
   TickOutput* output = nullptr;
   /// What looks on while tasks run; nullptr: nothing does.
   StepObserver* observer = nullptr;
+  /// What the module senses and hears; nullptr outside Vm::Tick.
+  const TickInput* input = nullptr;
 };
 
 /// What this tick brought from the neighbours.

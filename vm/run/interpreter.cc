@@ -277,6 +277,15 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   HANDLE(kMax) { goto function_of_two; }
   HANDLE(kFloor) { goto function_of_one; }
   HANDLE(kRound) { goto function_of_one; }
+  HANDLE(kSign) { goto function_of_one; }
+  HANDLE(kExp) { goto function_of_one; }
+  HANDLE(kLog) { goto function_of_one; }
+  HANDLE(kPow) { goto function_of_two; }
+  HANDLE(kFloatToInt) {
+    int32_t number = 0;
+    if (!ToInt(FromCell(sp[-1]), &number)) FAULT(FaultCode::kIntegerOverflow);
+    REPLACE_TOP(Cell::Int(number));
+  }
   // Each draw is another number, so that it comes from the host.
   HANDLE(kRandom) { FLOAT_OPERATION(a + (b - a) * host.Random()); }
 

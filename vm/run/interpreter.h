@@ -51,6 +51,8 @@ class ProgramHost {
   virtual OpResult JointDegrees(int joint, float* degrees) = 0;
   /// What the joint's motor exerts: N m, of a prismatic joint N.
   virtual OpResult JointEffort(int joint, float* effort) = 0;
+  /// How fast the joint moves: degrees a second, of a prismatic joint millimetres a second.
+  virtual OpResult JointVelocity(int joint, float* velocity) = 0;
   /// Turns until told otherwise; 0 stops.
   virtual OpResult TurnContinuous(int joint, float degrees_per_s) = 0;
   /// Moves a prismatic joint by, or to, so much.
@@ -84,6 +86,12 @@ class ProgramHost {
   virtual int64_t RootTimeUs() = 0;
   /// Dockings between this module and the root.
   virtual int Hops() = 0;
+  /// The number that stands for the module in messages.
+  virtual int Id() = 0;
+  /// Where the module is along an axis of R, by its first direction (north, up, east), in mm.
+  virtual OpResult Place(Axis axis, float* mm) = 0;
+  /// Degrees from north, counter-clockwise about up, of where the module's x axis points in R.
+  virtual OpResult Heading(float* degrees) = 0;
   /// The next of the module's random numbers, from 0 up to, but not including, 1.
   virtual float Random() = 0;
   /// The task waits, at least until the next tick.

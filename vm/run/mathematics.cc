@@ -4,6 +4,7 @@
 
 #include "vm/image/sine.h"
 #include "vm/image/square_root.h"
+#include "vm/limits.h"
 
 namespace morphbus::vm {
 namespace {
@@ -64,6 +65,80 @@ float Round(float x) {
   return rest <= -0.5f ? whole - 1 : whole;
 }
 
+/// 2 to the power of n, -1022 <= n <= 1023.
+double PowerOfTwo(int n) {
+  const uint64_t bits = static_cast<uint64_t>(n + 1023) << 52;
+  double power;
+  std::memcpy(&power, &bits, 8);
+  return power;
+}
+
+// The logarithm of 2 in two parts: products of the first, which has 33 bits, with small whole
+// numbers are exact (Cody and Waite 1980).
+constexpr double kLog2High = 6.93147180369123816490e-01;
+constexpr double kLog2Low = 1.90821492927058770002e-10;
+
+/// e to the power of x, for -200 < x < 200: what is left of x beside a multiple of the logarithm of
+/// 2 is at most half of that, and Taylor's first term left out is below 1e-16.
+double Exponential(double x) {
+  const int n = static_cast<int>(x / kLog2High + (x < 0 ? -0.5 : 0.5));
+  const double rest = (x - n * kLog2High) - n * kLog2Low;
+  double sum = 1;
+  for (int k = 13; k >= 1; --k) sum = 1 + rest / k * sum;
+  return sum * PowerOfTwo(n);
+}
+
+/// The natural logarithm of x > 0, which is no smaller than a float: x is m times a power of 2 with
+/// m from √½ to √2, and log m = 2 artanh((m - 1) / (m + 1)); the first term left out is below
+/// 1e-17.
+double Logarithm(double x) {
+  uint64_t bits;
+  std::memcpy(&bits, &x, 8);
+  int n = static_cast<int>(bits >> 52) - 1023;
+  double m = x / PowerOfTwo(n);
+  if (m > 1.4142135623730951) {
+    m /= 2;
+    ++n;
+  }
+  const double t = (m - 1) / (m + 1);
+  double sum = 0;
+  for (int k = 21; k >= 1; k -= 2) sum = 1.0 / k + sum * (t * t);
+  return n * kLog2High + (n * kLog2Low + 2 * t * sum);
+}
+
+/// e to the power of x as a float; beyond its range it is none, or 0.
+float ExponentialOf(double x) {
+  if (x > 100) return kNoValue;
+  return x < -110 ? 0.0f : static_cast<float>(Exponential(x));
+}
+
+/// `a` to the power of `b`: of negative numbers only whole powers have a value.
+float Power(float a, float b) {
+  // Whatever is raised to 0 is 1, and 1 to any power, also where a logarithm would not help.
+  if ((b <= 0 && b >= 0) || (a <= 1 && a >= 1)) return 1;
+  if (a <= 0 && a >= 0) return b > 0 ? 0.0f : kNoValue;
+  const float whole = Truncate(b);
+  if (a < 0 && (whole < b || whole > b)) return kNoValue;
+  const bool odd = Modulo(b, 2.0f) < 0 || Modulo(b, 2.0f) > 0;
+  const float size =
+      ExponentialOf(static_cast<double>(b) * Logarithm(static_cast<double>(a < 0 ? -a : a)));
+  return a < 0 && odd ? -size : size;
+}
+
+/// The functions of the large profile.
+float Powers(Opcode function, float a, float b) {
+  switch (function) {
+    case Opcode::kExp:
+      return ExponentialOf(static_cast<double>(a));
+    case Opcode::kLog:
+      return a > 0 ? static_cast<float>(Logarithm(static_cast<double>(a))) + 0.0f : kNoValue;
+    case Opcode::kPow:
+      return Power(a, b);
+    default:
+      return kNoValue;
+  }
+}
+
 /// The other side of a right triangle with hypotenuse 1; the product is nearly exact also where `x`
 /// is close to 1.
 double OtherSide(double x) { return SquareRoot((1 - x) * (1 + x)); }
@@ -114,6 +189,13 @@ float Modulo(float a, float b) {
   return result;
 }
 
+bool ToInt(float x, int32_t* number) {
+  // The next float below the largest int, and the smallest int, are exact.
+  if (!(x > -2147483904.0f && x < 2147483648.0f)) return false;
+  *number = static_cast<int32_t>(x);
+  return true;
+}
+
 float Mathematics(Opcode function, float a, float b) {
   const auto wide = static_cast<double>(a);
   switch (function) {
@@ -149,9 +231,13 @@ float Mathematics(Opcode function, float a, float b) {
       return Floor(a);
     case Opcode::kRound:
       return Round(a);
+    case Opcode::kSign:
+      return a > 0 ? 1.0f : a < 0 ? -1.0f : 0.0f;
     default:
-      return kNoValue;
+      break;
   }
+  if constexpr (kHoldsAllInstructions) return Powers(function, a, b);
+  return kNoValue;
 }
 
 }  // namespace morphbus::vm

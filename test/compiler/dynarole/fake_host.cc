@@ -112,6 +112,10 @@ OpResult FakeHost::JointEffort(int joint, float* effort) {
   *effort = -1.25F + static_cast<float>(joint);
   return {};
 }
+OpResult FakeHost::JointVelocity(int joint, float* velocity) {
+  *velocity = 30.0F + static_cast<float>(joint);
+  return {};
+}
 OpResult FakeHost::TurnContinuous(int joint, float degrees_per_s) {
   return Note(fmt::format("turn joint {} at {}", joint, degrees_per_s), false);
 }
@@ -164,6 +168,15 @@ OpResult FakeHost::SensorReading(vm::SensorKind kind, int, float* value) {
 }
 int64_t FakeHost::RootTimeUs() { return 2500000; }
 int FakeHost::Hops() { return 3; }
+int FakeHost::Id() { return 7; }
+OpResult FakeHost::Place(vm::Axis axis, float* mm) {
+  *mm = 100.0F * static_cast<float>(axis);
+  return {};
+}
+OpResult FakeHost::Heading(float* degrees) {
+  *degrees = -90.0F;
+  return {};
+}
 float FakeHost::Random() { return 0.25F; }
 OpResult FakeHost::Sleep(int64_t duration_us) {
   return Note(fmt::format("sleep {} us", duration_us), true);

@@ -40,6 +40,7 @@ class FakeHost final : public vm::ProgramHost {
   vm::OpResult SetDegrees(int joint, float degrees, bool blocking) override;
   vm::OpResult JointDegrees(int joint, float* degrees) override;
   vm::OpResult JointEffort(int joint, float* effort) override;
+  vm::OpResult JointVelocity(int joint, float* velocity) override;
   vm::OpResult TurnContinuous(int joint, float degrees_per_s) override;
   vm::OpResult MoveMillimetres(int joint, float mm, bool blocking) override;
   vm::OpResult SetMillimetres(int joint, float mm, bool blocking) override;
@@ -55,6 +56,9 @@ class FakeHost final : public vm::ProgramHost {
   vm::OpResult SensorReading(vm::SensorKind kind, int keyword, float* value) override;
   int64_t RootTimeUs() override;
   int Hops() override;
+  int Id() override;
+  vm::OpResult Place(vm::Axis axis, float* mm) override;
+  vm::OpResult Heading(float* degrees) override;
   float Random() override;
   vm::OpResult Sleep(int64_t duration_us) override;
   vm::OpResult Invoke(int role, int command_slot, const vm::Cell* arguments, int count) override;

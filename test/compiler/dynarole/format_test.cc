@@ -54,6 +54,43 @@ TEST(Format, LaysOutBlocksAndExpressions) {
             "}\n");
 }
 
+TEST(Format, LaysOutSwitchesEnumerationsAndChoices) {
+  EXPECT_EQ(FormatText("enum Phase{LIFT,SWING=-1,}\nenum Side { A };\n"
+                       "function f(x){return x>0?-1:x<0 ? 1:0;}"
+                       "role R extends Module{p=LIFT;case=1;behavior b(){switch(p){case LIFT,-1: "
+                       "p=SWING;// up\nif(p==2){p=3;}\n"
+                       "case p>1?2:3:break;\n\n// else\ndefault:switch(case){default:case=2;}}"
+                       "case=-1;}}"),
+            "enum Phase { LIFT, SWING = -1, }\n"
+            "enum Side { A };\n"
+            "function f(x) {\n"
+            "  return x > 0 ? -1 : x < 0 ? 1 : 0;\n"
+            "}\n"
+            "role R extends Module {\n"
+            "  p = LIFT;\n"
+            "  case = 1;\n"
+            "  behavior b() {\n"
+            "    switch (p) {\n"
+            "      case LIFT, -1:\n"
+            "        p = SWING;  // up\n"
+            "        if (p == 2) {\n"
+            "          p = 3;\n"
+            "        }\n"
+            "      case p > 1 ? 2 : 3:\n"
+            "        break;\n"
+            "\n"
+            "      // else\n"
+            "      default:\n"
+            "        switch (case) {\n"
+            "          default:\n"
+            "            case = 2;\n"
+            "        }\n"
+            "    }\n"
+            "    case = -1;\n"
+            "  }\n"
+            "}\n");
+}
+
 TEST(Format, KeepsCommentsAndSingleEmptyLines) {
   EXPECT_EQ(FormatText("// head\n\n\nrole R extends Module {\n\n  x = 1;   // tail\n\n\n"
                        "  // own\n  y = /* in */ 2;\n\n  // last\n\n}\n\n// end"),
