@@ -196,6 +196,10 @@ struct Stmt {
 };
 using StmtPtr = std::unique_ptr<Stmt>;
 
+/// Whether every value that a checked switch may look at leads to one of its blocks: there is a
+/// `default`, or both bools have a case.
+bool CoversAll(const Stmt& statement);
+
 /// A parameter of a command or function. Its type is mostly left out; the checker then finds it
 /// from the code.
 struct Parameter {

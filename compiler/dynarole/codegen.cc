@@ -155,8 +155,10 @@ class FunctionGenerator : private ExpressionGenerator {
 
   void EmitSwitch(const Stmt& statement) {
     const uint16_t outer = set_locals;
-    EmitExpr(*statement.expr);
-    Emit(Opcode::kStoreLocal, {statement.index});
+    if (statement.meaning != Meaning::kLocal) {
+      EmitExpr(*statement.expr);
+      Emit(Opcode::kStoreLocal, {statement.index});
+    }
     // Values are tried in their order; what none of them is goes to `default`, or past the switch.
     std::vector<Target> blocks(statement.body.size());
     Target end;
@@ -171,6 +173,8 @@ class FunctionGenerator : private ExpressionGenerator {
         Jump(Opcode::kJumpIfTrue, &blocks[i]);
       }
     }
+    // Where every value has a case the last one needs no second look.
+    if (otherwise == &end && CoversAll(statement)) otherwise = &blocks.back();
     Jump(Opcode::kJump, otherwise);
     // A break leaves the switch, a continue goes on with the loop around it.
     loops_.push_back({loops_.empty() ? nullptr : loops_.back().next, &end});

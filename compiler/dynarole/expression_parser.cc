@@ -111,10 +111,13 @@ ExprPtr ExpressionParser::ParseChoice(ExprPtr condition) {
   choice->name_span = question;
   Adopt(choice.get(), std::move(condition));
   Adopt(choice.get(), Parse());
-  if (in_.failed()) return choice;
-  if (!in_.Is(TokenKind::kColon)) {
+  // A choice without its second value is none, so that nobody looks for it.
+  if (!in_.failed() && !in_.Is(TokenKind::kColon)) {
     in_.Unexpected("':' and the value where the condition does not hold",
                    "a choice has two values: condition ? this : that");
+  }
+  if (in_.failed()) {
+    choice->kind = ExprKind::kError;
     return choice;
   }
   in_.Take();

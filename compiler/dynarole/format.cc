@@ -53,7 +53,11 @@ class Formatter {
       writer.Statement(begin, begin, end, indent(), indent() + kContinuation, false);
       writer.EndLine();
       if (is_case) blocks.back().in_case = true;
-      if (Is(end - 1, TokenKind::kLeftBrace)) blocks.push_back({.is_switch = BeginsSwitch(begin)});
+      if (Is(end - 1, TokenKind::kLeftBrace)) {
+        const auto opens = switch_.begin() + static_cast<std::ptrdiff_t>(begin);
+        const auto closed = switch_.begin() + static_cast<std::ptrdiff_t>(end);
+        blocks.push_back({.is_switch = std::find(opens, closed, true) != closed});
+      }
       begin = end;
     }
     writer.LinesBefore(cut_.gaps[count_], 0, true, false);
@@ -73,6 +77,11 @@ class Formatter {
   [[nodiscard]] bool BeginsSwitch(size_t i) const { return i < switch_.size() && switch_[i]; }
   /// One past the colon of the `case` or `default` that begins here; 0 if none does.
   [[nodiscard]] size_t CaseEnd(size_t begin) const {
+    // A name of the same spelling stands in the midst of a statement.
+    const bool starts = begin == 0 || Is(begin - 1, TokenKind::kLeftBrace) ||
+                        Is(begin - 1, TokenKind::kRightBrace) ||
+                        Is(begin - 1, TokenKind::kSemicolon) || Is(begin - 1, TokenKind::kColon);
+    if (!starts) return 0;
     if (IsWord(begin, "default") && Is(begin + 1, TokenKind::kColon)) return begin + 2;
     if (!IsWord(begin, "case")) return 0;
     // A choice has a colon of its own.

@@ -65,9 +65,13 @@ bool NameChecker::IsEnumeration(const std::string& name) const {
 int NameChecker::ValueOfEnumeration(const std::string& enumeration,
                                     const std::string& value) const {
   if (!IsEnumeration(enumeration)) return -1;
-  const int constant = model_.FindConstant(scope_.role_index(), value);
+  // By its full name a value is found whatever hides its own, and wherever it is declared.
   const int number = model_.FindEnumeration(enumeration);
-  return constant >= 0 && model_.constants[constant].enumeration == number ? constant : -1;
+  for (int i = 0; i < std::ssize(model_.constants); ++i) {
+    const ConstantModel& constant = model_.constants[i];
+    if (constant.enumeration == number && constant.name == value) return i;
+  }
+  return -1;
 }
 
 Type NameChecker::UnknownValue(const Expr& member) {

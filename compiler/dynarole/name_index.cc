@@ -125,8 +125,9 @@ class Indexer {
       if (constant.enumeration >= 0) {
         summary = model_.program->enumerations[constant.enumeration].name + "." + constant.name +
                   " = " + std::to_string(constant.cell.AsInt());
-      } else if (constant.expr != nullptr)
+      } else if (constant.expr != nullptr) {
         summary += " = " + TextOf(*constant.expr);
+      }
       if (constant.is_parameter() && constant.most != nullptr) {
         summary += " in [" + TextOf(*constant.least) + ", " + TextOf(*constant.most) + "]";
       }
@@ -241,7 +242,8 @@ class Indexer {
 
   void Use(const Stmt& statement) {
     const bool local = statement.meaning == Meaning::kLocal && routine_ != nullptr &&
-                       statement.index >= 0 && statement.index < std::ssize(locals_);
+                       statement.kind != StmtKind::kSwitch && statement.index >= 0 &&
+                       statement.index < std::ssize(locals_);
     if (statement.kind == StmtKind::kVar && local) {
       DeclareLocal(statement.index, statement.name, statement.name_span);
       Infer(statement.name_span, routine_->locals[statement.index]);
@@ -339,12 +341,13 @@ class Indexer {
   /// A role or a direction behind '$', or a constant of the program.
   void UseConstant(const Expr& expr, const Span& span) {
     if (expr.kind == ExprKind::kName || expr.kind == ExprKind::kMember) {
-      const int constant = model_.FindConstant(role_, expr.name);
+      const bool full = expr.kind == ExprKind::kMember;
+      const int constant = full ? expr.index : model_.FindConstant(role_, expr.name);
       if (constant < 0 && expr.name == kPiName) {
         return table_.Use(span, Word(NameKind::kBuiltin, expr.name, "PI = 3.14159"));
       }
       // The name of the enumeration stands before the dot, where it is no expression of its own.
-      if (constant >= 0 && expr.kind == ExprKind::kMember) {
+      if (constant >= 0 && full) {
         table_.Use(expr.operands[0]->span, enumerations_[model_.constants[constant].enumeration]);
       }
       return table_.Use(span, constant < 0 ? -1 : constants_[constant]);

@@ -140,7 +140,14 @@ Type OperatorChecker::InferChoice(Expr* expr) {
   }
   std::optional<Type> joined = Join(first->type, second->type);
   if (joined == Type::kAny) joined = Type::kDirection;
-  if (!joined || *joined == Type::kVoid) {
+  // A set of joints beside a joint stands for the one in it.
+  if (!joined && Fits(first->type, second->type)) joined = second->type;
+  if (!joined && Fits(second->type, first->type)) joined = first->type;
+  if (joined == Type::kVoid) {
+    return pass_.Wrong(first->span, "a choice is between values, and this has none",
+                       "to do one of two things write if (...) { ... } else { ... }");
+  }
+  if (!joined) {
     return pass_.Wrong(expr->name_span,
                        "the values of a choice must be of one type, but these are " +
                            NameOf(first->type) + " and " + NameOf(second->type));

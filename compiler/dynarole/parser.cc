@@ -1,5 +1,6 @@
 #include "compiler/dynarole/parser.h"
 
+#include <charconv>
 #include <optional>
 #include <string>
 #include <utility>
@@ -103,7 +104,8 @@ Program ProgramParser::ParseProgram() {
       }
       // Reading goes on behind it, or at what can begin something else.
       while (in_.failed() && !AtConstant() && !AtEnumeration() && !in_.Is(TokenKind::kRole) &&
-             !in_.Is(TokenKind::kAbstract) && !in_.Is(TokenKind::kEnd)) {
+             !in_.Is(TokenKind::kAbstract) && !in_.Is(TokenKind::kFunction) &&
+             !in_.Is(TokenKind::kEnd)) {
         if (in_.Take().kind == TokenKind::kSemicolon) in_.Recover();
       }
       continue;
@@ -150,8 +152,11 @@ void ProgramParser::ParseFunction(Program* program) {
 
 // A role's words begin nothing else, so that reading can go on there whatever came before.
 void ProgramParser::SkipToRole() {
-  while (!in_.Is(TokenKind::kEnd) && !in_.Is(TokenKind::kRole) && !in_.Is(TokenKind::kAbstract))
+  // A function without indentation is no member of a role that could not be read.
+  while (!in_.Is(TokenKind::kEnd) && !in_.Is(TokenKind::kRole) && !in_.Is(TokenKind::kAbstract) &&
+         !(in_.Is(TokenKind::kFunction) && in_.AtMargin())) {
     in_.Take();
+  }
 }
 
 // `param` is a word before a name only, so that programs may use it as one.
@@ -200,9 +205,11 @@ void ProgramParser::ParseEnumeration(std::vector<ConstantDecl>* constants) {
   in_.Take();
   const Span opening = in_.Take().span;
   int64_t next = 0;
+  bool first = true;
   do {
     // A comma may stand behind the last value.
-    if (in_.Is(TokenKind::kRightBrace)) break;
+    if (!first && in_.Is(TokenKind::kRightBrace)) break;
+    first = false;
     if (!in_.Is(TokenKind::kName)) {
       in_.Unexpected("the name of a value of '" + enumerations_.back().name + "'",
                      "for example: enum Phase { LIFT, SWING }");
@@ -234,8 +241,15 @@ bool ProgramParser::ParseEnumerator(int64_t* value) {
     in_.Unexpected("a number", "the values of an enumeration are ints: enum Phase { LIFT = 1 }");
     return false;
   }
-  const ExprPtr number = expressions_.Parse(6);
-  *value = negative ? -number->integer : number->integer;
+  const Span span = in_.Peek().span;
+  const std::string text = in_.TextOf(in_.Take());
+  int64_t number = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (read.ec != std::errc() || number > (negative ? 2147483648LL : 2147483647LL)) {
+    in_.ErrorAt(span, "number does not fit an int", "ints reach from -2147483648 to 2147483647");
+    return false;
+  }
+  *value = negative ? -number : number;
   return true;
 }
 

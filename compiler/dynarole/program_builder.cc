@@ -157,6 +157,12 @@ class Builder {
   void CheckEnumerations() {
     std::map<std::string, source::Span> seen;
     for (const Enumeration& enumeration : model_.program->enumerations) {
+      if (const int role = model_.FindRole(enumeration.name); role >= 0) {
+        diagnostics_
+            .Error(enumeration.name_span,
+                   "enumeration '" + enumeration.name + "' has the name of a role")
+            .Note(model_.roles[role].role->name_span, "declared here");
+      }
       const auto [before, fresh] = seen.try_emplace(enumeration.name, enumeration.name_span);
       if (fresh) continue;
       diagnostics_
@@ -441,7 +447,10 @@ class Builder {
   void CheckCapacities(RoleModel* role) {
     // The message is at the role, as no one member is to blame.
     const auto check = [&](size_t count, size_t most, const std::string& what) {
-      if (count <= most) return;
+      // Too many functions outside all roles are too many for each role, which is said once.
+      const bool is_root = role->role == model_.program->root.get();
+      if (count <= most || (root_full_ && !is_root)) return;
+      root_full_ = root_full_ || is_root;
       diagnostics_
           .Error(role->role->name_span, "role '" + role->name + "' has " + std::to_string(count) +
                                             " " + what + "s with those it inherits")
@@ -462,6 +471,8 @@ class Builder {
 
   ProgramModel model_;
   Diagnostics& diagnostics_;
+  /// The root of all roles has too many members.
+  bool root_full_ = false;
 };
 
 }  // namespace

@@ -109,6 +109,16 @@ std::string NameOf(MemberKind kind) {
   return kNames[static_cast<int>(kind)];
 }
 
+bool CoversAll(const Stmt& statement) {
+  size_t values = 0;
+  for (const SwitchCase& one : statement.cases) {
+    if (one.is_default()) return true;
+    values += one.values.size();
+  }
+  // No value has two cases.
+  return statement.type == Type::kBool && values == 2;
+}
+
 bool IsWholeNumber(const Expr& expr) {
   return expr.meaning == Meaning::kBuiltin &&
          (expr.opcode == vm::Opcode::kFloor || expr.opcode == vm::Opcode::kRound);

@@ -15,6 +15,7 @@ void Scope::EnterRoutine(int index) {
   routine_ = &routine;
   role_ = routine.role;
   locals_.clear();
+  hidden_.clear();
   routine.locals.clear();
   routine.local_names.clear();
   // What the routine calls is added when the whole program has been checked.
@@ -65,6 +66,12 @@ int Scope::AddLocal(const std::string& name, const Span& span, Type type, bool p
   local.slot = AddSlot(name, span, type);
   locals_.push_back(std::move(local));
   return locals_.back().slot;
+}
+
+int Scope::Hidden(const std::string& purpose, const Span& span, Type type) {
+  const auto [slot, fresh] = hidden_.try_emplace(type, 0);
+  if (fresh) slot->second = AddSlot(purpose, span, type);
+  return slot->second;
 }
 
 // Slots are never used again, so that the verifier can give each one type.

@@ -1,6 +1,7 @@
 #pragma once
 // Where the expression stands that is being checked, and which names it sees there.
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -47,9 +48,8 @@ class Scope {
   /// Declares a variable or parameter of the routine and returns its slot.
   int AddLocal(const std::string& name, const source::Span& span, Type type, bool parameter);
   /// Declares one that no name means, which the code itself needs; `purpose` is for people.
-  int AddHidden(const std::string& purpose, const source::Span& span, Type type) {
-    return AddSlot(purpose, span, type);
-  }
+  /// What is read before anything else can be stored there shares one of its type.
+  int Hidden(const std::string& purpose, const source::Span& span, Type type);
   /// The local of that name in scope; null if there is none, as in a value.
   [[nodiscard]] Local* FindLocal(const std::string& name);
   /// How many locals are in scope, for Close.
@@ -66,8 +66,9 @@ class Scope {
   CheckPass& pass_;
   Routine* routine_ = nullptr;
   int role_ = -1;
-  RoleModel no_role_;          ///< Without members.
-  std::vector<Local> locals_;  ///< In scope, from the first declared.
+  RoleModel no_role_;           ///< Without members.
+  std::vector<Local> locals_;   ///< In scope, from the first declared.
+  std::map<Type, int> hidden_;  ///< Slots without a name, by their types.
 };
 
 }  // namespace morphbus::dynarole

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "compiler/dynarole/constants.h"
+#include "vm/image/fault_text.h"
 
 namespace morphbus::dynarole {
 
@@ -119,6 +120,14 @@ void StatementChecker::CheckSwitch(Stmt* statement) {
   if (statement->expr == nullptr) return;
   Expr* value = statement->expr.get();
   Type type = expressions_.Infer(value);
+  // A parameter is of the type of the first value that it is tried against, if nothing better is
+  // known about it.
+  if (type == Type::kUnknown && pass_.phase() == Phase::kDefaults) {
+    for (const SwitchCase& one : statement->cases) {
+      if (one.is_default() || value->type != Type::kUnknown) continue;
+      expressions_.conversions().Hint(value, expressions_.Infer(one.values[0].get()));
+    }
+  }
   if (type == Type::kAny) type = Type::kDirection;
   // A set is looked at by its size, as in comparisons.
   const bool counts = IsSet(type);
@@ -136,8 +145,10 @@ void StatementChecker::CheckSwitch(Stmt* statement) {
     type = Type::kError;
   }
   if (known && !counts) expressions_.conversions().Want(value, type, "what 'switch' looks at");
-  // The value is kept, as its cases are tried one after the other.
-  statement->index = scope_.AddHidden("switch", value->span, type);
+  // The value is kept, as its cases are tried one after the other, unless it is kept already.
+  const bool kept = value->meaning == Meaning::kLocal && value->kind == ExprKind::kName;
+  statement->meaning = kept ? Meaning::kLocal : Meaning::kNone;
+  statement->index = kept ? value->index : scope_.Hidden("switch", value->span, type);
   statement->type = type;
   CheckCases(statement, type);
   ++switches_;
@@ -158,6 +169,11 @@ void StatementChecker::CheckCases(Stmt* statement, Type type) {
       expressions_.InferAs(value.get(), type, "the value of a case");
       if (value->type == Type::kError || value->type == Type::kUnknown) continue;
       const FoldResult folded = Fold(*value);
+      if (folded.fault != vm::FaultCode::kNone) {
+        pass_.Error(value->span, std::string("the value of a case cannot be computed: ") +
+                                     vm::FaultName(folded.fault));
+        continue;
+      }
       if (!folded.value) {
         pass_.Error(value->span, "the value of a case must be known at compile time").hint =
             "what is found out as the program runs is compared by 'if'";
@@ -381,9 +397,7 @@ bool StatementChecker::AlwaysReturns(const Stmt& statement) {
              AlwaysReturns(*statement.body[1]);
     case StmtKind::kSwitch:
       // Every value must lead to a block that ends so, and none may leave the switch alone.
-      return std::ranges::any_of(statement.cases,
-                                 [](const SwitchCase& one) { return one.is_default(); }) &&
-             std::ranges::all_of(statement.body, [](const StmtPtr& block) {
+      return CoversAll(statement) && std::ranges::all_of(statement.body, [](const StmtPtr& block) {
                return AlwaysReturns(*block) && !Breaks(*block);
              });
     case StmtKind::kWhile:

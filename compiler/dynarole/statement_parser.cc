@@ -254,7 +254,7 @@ StmtPtr StatementParser::ParseSwitch() {
   if (in_.failed()) return statement;
   const Span opening = in_.Take().span;
   while (!in_.Is(TokenKind::kRightBrace)) {
-    if (in_.Is(TokenKind::kEnd) || in_.AtMember()) {
+    if (in_.Is(TokenKind::kEnd) || (in_.AtMember() && in_.Peek(1).kind != TokenKind::kAssign)) {
       in_.ExpectClosing(TokenKind::kRightBrace, opening);
       return statement;
     }

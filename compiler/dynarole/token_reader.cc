@@ -39,6 +39,11 @@ bool TokenReader::StartsLine(const Token& token) const {
   return true;
 }
 
+bool TokenReader::AtMargin() const {
+  const size_t begin = Peek().span.begin;
+  return begin == 0 || sources_.text(file_)[begin - 1] == '\n';
+}
+
 bool TokenReader::AtMember() const {
   return IsMemberWord(Peek().kind) || Is(TokenKind::kConst) || Is(TokenKind::kShared) ||
          Is(TokenKind::kRole) || Is(TokenKind::kAbstract) || Is(TokenKind::kEnd);

@@ -40,6 +40,8 @@ class TokenReader {
   [[nodiscard]] source::Span SpanFrom(const source::Span& begin) const;
   /// Whether only spaces stand before the token in its line.
   [[nodiscard]] bool StartsLine(const Token& token) const;
+  /// Whether the next token stands at the very beginning of its line.
+  [[nodiscard]] bool AtMargin() const;
   /// Whether a member or role begins here for certain: by a word that begins nothing else.
   [[nodiscard]] bool AtMember() const;
 

@@ -176,6 +176,10 @@ class Features(Session):
         renamed = self.editor.apply(self.editor.ask('textDocument/rename', {**self.editor.at(self.program, 'enum |Phase'), 'newName': 'Step'}))
         self.assertIn('phase = Step.SWING;', renamed[self.program])
         outline = self.editor.ask('textDocument/documentSymbol', {'textDocument': {'uri': self.program}})
+        # Half of a choice is none, and typing goes on.
+        for half in ('x > 1 ?', 'x > 1 ? 2', 'x > 1 ? 2 :'):
+            self.editor.replace(self.program, text.replace('x + 1', half), 60)
+            self.assertTrue(self.editor.diagnostics(self.program, 60))
         self.assertEqual({one['name'] for one in outline}, {'Phase', 'LIFT', 'SWING', 'shown', 'R'})
 
     def labels_at(self, text, place):

@@ -19,7 +19,6 @@ constexpr float kUnlimited = 1e30f;       // rad or m; images carry the largest 
 
 bool IsPrismatic(const KinJoint& joint) { return joint.kind == JointKind::kPrismatic; }
 
-
 /// The same angle from -180 to 180 degrees. Exact: whole turns and an angle that is nearer to them
 /// than half a turn differ by less than either. What no sensor can say is no angle.
 double WithinATurn(double degrees) {

@@ -108,7 +108,8 @@ double Logarithm(double x) {
 
 /// e to the power of x as a float; beyond its range it is none, or 0.
 float ExponentialOf(double x) {
-  if (x > 100) return kNoValue;
+  // The logarithm of the largest float.
+  if (x > 88.722839) return kNoValue;
   return x < -110 ? 0.0f : static_cast<float>(Exponential(x));
 }
 

@@ -60,7 +60,7 @@ TEST(Format, LaysOutSwitchesEnumerationsAndChoices) {
                        "role R extends Module{p=LIFT;case=1;behavior b(){switch(p){case LIFT,-1: "
                        "p=SWING;// up\nif(p==2){p=3;}\n"
                        "case p>1?2:3:break;\n\n// else\ndefault:switch(case){default:case=2;}}"
-                       "case=-1;}}"),
+                       "case=-1;if(p>1)switch(p){case 1:p=2;p=3;}p=p>1?case-1:p>2?default:case;}}"),
             "enum Phase { LIFT, SWING = -1, }\n"
             "enum Side { A };\n"
             "function f(x) {\n"
@@ -87,6 +87,12 @@ TEST(Format, LaysOutSwitchesEnumerationsAndChoices) {
             "        }\n"
             "    }\n"
             "    case = -1;\n"
+            "    if (p > 1) switch (p) {\n"
+            "      case 1:\n"
+            "        p = 2;\n"
+            "        p = 3;\n"
+            "    }\n"
+            "    p = p > 1 ? case - 1 : p > 2 ? default : case;\n"
             "  }\n"
             "}\n");
 }
