@@ -60,6 +60,11 @@ class Documents(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.recorded = pathlib.Path(tempfile.mkdtemp(prefix='morphbus-e2e-'))
+        # A registry of its own: a run of a test that goes on beside this one may have the same name.
+        runtime = cls.recorded.parent / f'{cls.recorded.name}-runtime'
+        runtime.mkdir(mode=0o700)
+        cls.addClassCleanup(shutil.rmtree, runtime)
+        os.environ['XDG_RUNTIME_DIR'] = str(runtime)
         for name, robot in (('walk', 'quadruped'), ('other', 'equivalent_quadruped')):
             morphbus('run', MODEL, PROGRAM, '--robot', robot, '--seconds', 20, '--inproc', '--run', 'walk', '--log', cls.recorded / f'{name}.log')
         whole = (cls.recorded / 'walk.log').read_bytes()
