@@ -25,8 +25,13 @@ constexpr T Capacity(T large, T small) {
 }
 
 /// True if the instructions that the quadruped needs none of are there (vm/image/opcodes.def, the
-/// last ones). Images that have them are refused where they are not.
+/// last ones), which the small profile has with MORPHBUS_VM_ALL_INSTRUCTIONS only. Images that have
+/// them are refused where they are not.
+#ifdef MORPHBUS_VM_ALL_INSTRUCTIONS
+inline constexpr bool kHoldsAllInstructions = true;
+#else
 inline constexpr bool kHoldsAllInstructions = !kSmallProfile;
+#endif
 /// True if images may bring names and source lines (vm/image/notes.cc), for people.
 inline constexpr bool kHoldsNotes = !kSmallProfile;
 

@@ -18,6 +18,9 @@ namespace morphbus::dynarole {
 
 /// No tree is deeper than this, so that recursion over it is bounded; the parser reports more.
 inline constexpr int kMaxDepth = 200;
+/// More members, or constants, stand nowhere: it is more than a role can hold of all kinds
+/// together, so that a hostile text costs no time later.
+inline constexpr size_t kMaxMembers = 200;
 
 /// The form of an expression.
 enum class ExprKind : uint8_t {

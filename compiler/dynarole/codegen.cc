@@ -231,34 +231,6 @@ class FunctionGenerator : private ExpressionGenerator {
     set_locals = outer;
   }
 
-  // Jumps if the condition holds.
-  void EmitJumpIf(const Expr& condition, Target* target) {
-    // Of `a && b` the first may keep from the target, and the second sends to it.
-    if (condition.kind == ExprKind::kBinary && condition.op == Operator::kAnd) {
-      Target otherwise;
-      EmitJumpUnless(*condition.operands[0], &otherwise);
-      EmitJumpIf(*condition.operands[1], target);
-      Place(&otherwise);
-      return;
-    }
-    // `!x` is the other jump.
-    if (condition.kind == ExprKind::kUnary && condition.op == Operator::kNot) {
-      EmitJumpUnless(*condition.operands[0], target);
-      return;
-    }
-    // The two orders without an instruction are negations, as above.
-    if (condition.kind == ExprKind::kBinary &&
-        (condition.op == Operator::kGreater || condition.op == Operator::kGreaterEqual)) {
-      EmitExpr(*condition.operands[0]);
-      EmitExpr(*condition.operands[1]);
-      EmitOrder(condition, condition.op == Operator::kGreaterEqual);
-      Jump(Opcode::kJumpIfFalse, target);
-      return;
-    }
-    EmitExpr(condition);
-    Jump(Opcode::kJumpIfTrue, target);
-  }
-
   // Where `continue` and `break` go in the loop that is being emitted.
   struct Loop {
     Target* next;  ///< Null in a switch that is in no loop.

@@ -215,6 +215,17 @@ void ExpressionGenerator::EmitChoice(const Expr& expr) {
   Place(&end);
 }
 
+bool ExpressionGenerator::EmitOpposite(const Expr& condition) {
+  // `a > b` is the negation of `a <= b`, for which there is an instruction; `a >= b` likewise.
+  const bool greater =
+      condition.op == Operator::kGreater || condition.op == Operator::kGreaterEqual;
+  if (condition.kind != ExprKind::kBinary || !greater) return false;
+  EmitExpr(*condition.operands[0]);
+  EmitExpr(*condition.operands[1]);
+  EmitOrder(condition, condition.op == Operator::kGreaterEqual);
+  return true;
+}
+
 void ExpressionGenerator::EmitJumpUnless(const Expr& condition, Target* target) {
   // Either side of `&&` may send it to the target.
   if (condition.kind == ExprKind::kBinary && condition.op == Operator::kAnd) {
@@ -228,18 +239,28 @@ void ExpressionGenerator::EmitJumpUnless(const Expr& condition, Target* target) 
     Jump(Opcode::kJumpIfTrue, target);
     return;
   }
-  // `a > b` is the negation of `a <= b`, for which there is an instruction.
-  if (condition.kind == ExprKind::kBinary &&
-      (condition.op == Operator::kGreater || condition.op == Operator::kGreaterEqual)) {
-    EmitExpr(*condition.operands[0]);
-    EmitExpr(*condition.operands[1]);
-    EmitOrder(condition, condition.op == Operator::kGreaterEqual);
-    Jump(Opcode::kJumpIfTrue, target);
-    return;
-  }
+  if (EmitOpposite(condition)) return Jump(Opcode::kJumpIfTrue, target);
   // Any other condition is computed as a bool.
   EmitExpr(condition);
   Jump(Opcode::kJumpIfFalse, target);
+}
+
+void ExpressionGenerator::EmitJumpIf(const Expr& condition, Target* target) {
+  // Of `a && b` the first may keep from the target, and the second sends to it.
+  if (condition.kind == ExprKind::kBinary && condition.op == Operator::kAnd) {
+    Target otherwise;
+    EmitJumpUnless(*condition.operands[0], &otherwise);
+    EmitJumpIf(*condition.operands[1], target);
+    Place(&otherwise);
+    return;
+  }
+  // `!x` is the other jump.
+  if (condition.kind == ExprKind::kUnary && condition.op == Operator::kNot) {
+    return EmitJumpUnless(*condition.operands[0], target);
+  }
+  if (EmitOpposite(condition)) return Jump(Opcode::kJumpIfFalse, target);
+  EmitExpr(condition);
+  Jump(Opcode::kJumpIfTrue, target);
 }
 
 void ExpressionGenerator::EmitCall(const Expr& call) {

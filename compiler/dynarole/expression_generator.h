@@ -20,8 +20,10 @@ class ExpressionGenerator : public FunctionBuilder {
   /// Emits first < second (strict) or first <= second for the operands of a comparison; the other
   /// two orders are their negations.
   void EmitOrder(const Expr& expr, bool strict);
-  /// Jumps if a condition does not hold, without making a bool of it where that is possible.
+  /// Jumps if a condition does not hold, or if it does, without making a bool of it where that is
+  /// possible.
   void EmitJumpUnless(const Expr& condition, Target* target);
+  void EmitJumpIf(const Expr& condition, Target* target);
 
  private:
   void EmitConstant(Type type, vm::Cell cell);
@@ -31,6 +33,9 @@ class ExpressionGenerator : public FunctionBuilder {
   void EmitBinary(const Expr& expr);
   void EmitLogic(const Expr& expr);
   void EmitChoice(const Expr& expr);
+  /// Emits the negation of a comparison that has no instruction; false, and nothing, for any other
+  /// condition.
+  bool EmitOpposite(const Expr& condition);
   void EmitCall(const Expr& call);
   void EmitArguments(const Expr& call);
   void EmitClamp(const Expr& call);

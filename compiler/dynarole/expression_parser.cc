@@ -210,9 +210,9 @@ ExprPtr ExpressionParser::ParsePrimary() {
       return expr;
     }
     case TokenKind::kInt:
+      return ParseInt();
     case TokenKind::kFloat: {
-      ExprPtr expr =
-          Node(token.kind == TokenKind::kInt ? ExprKind::kInt : ExprKind::kFloat, token.span);
+      ExprPtr expr = Node(ExprKind::kFloat, token.span);
       ParseNumber(expr.get());
       in_.Take();
       return expr;
@@ -248,6 +248,13 @@ ExprPtr ExpressionParser::ParsePrimary() {
   }
   in_.Unexpected("an expression");
   return Node(ExprKind::kError, token.span);
+}
+
+ExprPtr ExpressionParser::ParseInt() {
+  ExprPtr expr = Node(ExprKind::kInt, in_.Peek().span);
+  ParseNumber(expr.get());
+  in_.Take();
+  return expr;
 }
 
 // An int may be one larger than the largest int, for the sake of -2147483648; the checker sees to

@@ -16,6 +16,8 @@ class ExpressionParser {
 
   /// Operators of this level and above, where 1 is `||`, which binds least.
   ExprPtr Parse(int level = 1);
+  /// A number without a point, which stands here, and nothing that follows it.
+  ExprPtr ParseInt();
 
  private:
   /// `? this : that` behind its condition.

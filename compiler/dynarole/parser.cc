@@ -1,10 +1,10 @@
 #include "compiler/dynarole/parser.h"
 
-#include <charconv>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "compiler/dynarole/constant_parser.h"
 #include "compiler/dynarole/expression_parser.h"
 #include "compiler/dynarole/statement_parser.h"
 #include "compiler/dynarole/token_reader.h"
@@ -15,9 +15,6 @@ namespace {
 
 using source::Diagnostic;
 using source::Span;
-
-/// More than a role can hold of all kinds together, so that a hostile text costs no time later.
-constexpr size_t kMaxMembers = 200;
 
 // The kind of member that a word begins; a field has none.
 std::optional<MemberKind> MemberOf(TokenKind word) {
@@ -37,7 +34,8 @@ class ProgramParser {
                 source::Diagnostics* diagnostics)
       : in_(sources, file, tokens, diagnostics),
         expressions_(&in_),
-        statements_(&in_, &expressions_) {}
+        statements_(&in_, &expressions_),
+        constants_(&in_, &expressions_) {}
 
   /// Reads the roles of the file. It is called once.
   Program ParseProgram();
@@ -54,18 +52,6 @@ class ProgramParser {
   void ParseField(Member* member);
   /// What may stand between the parameters of a handler and its block.
   void ParseHandlerWords(Member* member);
-  /// Whether a constant or a parameter begins here.
-  [[nodiscard]] bool AtConstant() const;
-  /// `const NAME = value;` or `param NAME = value in [least, most];`, in a role or outside all.
-  void ParseConstant(std::vector<ConstantDecl>* constants);
-  /// The range of a parameter.
-  void ParseRange(ConstantDecl* parameter);
-  /// Whether an enumeration begins here.
-  [[nodiscard]] bool AtEnumeration() const;
-  /// `enum NAME { A, B = 5, C }`, in a role or outside all.
-  void ParseEnumeration(std::vector<ConstantDecl>* constants);
-  /// The number behind the name of a value, `= -5`; false, with an error, if there is none.
-  bool ParseEnumerator(int64_t* value);
   /// Parameters and block of a member; false, with an error, where either is missing.
   bool ParseRoutine(Member* member);
   /// Parameters in parentheses; false, with an error, where they cannot be read.
@@ -78,7 +64,7 @@ class ProgramParser {
   TokenReader in_;
   ExpressionParser expressions_;
   StatementParser statements_;
-  std::vector<Enumeration> enumerations_;
+  ConstantParser constants_;
 };
 
 Program ProgramParser::ParseProgram() {
@@ -96,14 +82,10 @@ Program ProgramParser::ParseProgram() {
       ParseFunction(&program);
       continue;
     }
-    if (AtConstant() || AtEnumeration()) {
-      if (AtConstant()) {
-        ParseConstant(&program.constants);
-      } else {
-        ParseEnumeration(&program.constants);
-      }
+    if (constants_.AtDeclaration()) {
+      constants_.Parse(&program.constants);
       // Reading goes on behind it, or at what can begin something else.
-      while (in_.failed() && !AtConstant() && !AtEnumeration() && !in_.Is(TokenKind::kRole) &&
+      while (in_.failed() && !constants_.AtDeclaration() && !in_.Is(TokenKind::kRole) &&
              !in_.Is(TokenKind::kAbstract) && !in_.Is(TokenKind::kFunction) &&
              !in_.Is(TokenKind::kEnd)) {
         if (in_.Take().kind == TokenKind::kSemicolon) in_.Recover();
@@ -129,7 +111,7 @@ Program ProgramParser::ParseProgram() {
                             "a program is a list of roles: role NAME extends Module { ... }"));
     SkipToRole();
   }
-  program.enumerations = std::move(enumerations_);
+  program.enumerations = constants_.TakeEnumerations();
   return program;
 }
 
@@ -157,117 +139,6 @@ void ProgramParser::SkipToRole() {
          !(in_.Is(TokenKind::kFunction) && in_.AtMargin())) {
     in_.Take();
   }
-}
-
-// `param` is a word before a name only, so that programs may use it as one.
-bool ProgramParser::AtConstant() const {
-  return in_.Is(TokenKind::kConst) ||
-         (in_.Is(TokenKind::kName) && in_.TextOf(in_.Peek()) == "param" &&
-          in_.Peek(1).kind == TokenKind::kName);
-}
-
-// A name that is known nowhere yet, and its value, which the checker computes.
-void ProgramParser::ParseConstant(std::vector<ConstantDecl>* constants) {
-  const bool parameter = in_.Take().kind != TokenKind::kConst;
-  if (!in_.Is(TokenKind::kName)) {
-    in_.Unexpected("the name of the constant");
-    return;
-  }
-  ConstantDecl constant;
-  constant.name_span = in_.Peek().span;
-  constant.name = in_.TextOf(in_.Take());
-  const std::string what = (parameter ? "the parameter '" : "the constant '") + constant.name + "'";
-  if (!in_.Expect(TokenKind::kAssign, "and the value of " + what)) return;
-  constant.expr = expressions_.Parse();
-  if (parameter) ParseRange(&constant);
-  in_.ExpectSemicolon(what);
-  // As many as a role can have members, so that a hostile text costs no time later.
-  if (constants->size() == kMaxMembers) {
-    in_.GiveUp(constant.name_span, "too many constants",
-               "at most " + std::to_string(kMaxMembers) + " in one place");
-    return;
-  }
-  // One whose range was not understood counts as a constant, so that its name is known.
-  if (constant.most == nullptr) constant.least = nullptr;
-  constants->push_back(std::move(constant));
-}
-
-// `enum` is a word before a name and a brace only, so that programs may use it as a name.
-bool ProgramParser::AtEnumeration() const {
-  return in_.Is(TokenKind::kName) && in_.TextOf(in_.Peek()) == "enum" &&
-         in_.Peek(1).kind == TokenKind::kName && in_.Peek(2).kind == TokenKind::kLeftBrace;
-}
-
-void ProgramParser::ParseEnumeration(std::vector<ConstantDecl>* constants) {
-  in_.Take();
-  const int number = static_cast<int>(enumerations_.size());
-  enumerations_.push_back({in_.TextOf(in_.Peek()), in_.Peek().span});
-  in_.Take();
-  const Span opening = in_.Take().span;
-  int64_t next = 0;
-  bool first = true;
-  do {
-    // A comma may stand behind the last value.
-    if (!first && in_.Is(TokenKind::kRightBrace)) break;
-    first = false;
-    if (!in_.Is(TokenKind::kName)) {
-      in_.Unexpected("the name of a value of '" + enumerations_.back().name + "'",
-                     "for example: enum Phase { LIFT, SWING }");
-      return;
-    }
-    ConstantDecl constant;
-    constant.name_span = in_.Peek().span;
-    constant.name = in_.TextOf(in_.Take());
-    if (in_.TakeIf(TokenKind::kAssign) && !ParseEnumerator(&next)) return;
-    constant.enumeration = number;
-    constant.expr = std::make_unique<Expr>();
-    constant.expr->kind = ExprKind::kInt;
-    constant.expr->span = constant.expr->name_span = constant.name_span;
-    constant.expr->integer = next++;
-    if (constants->size() == kMaxMembers) {
-      in_.GiveUp(constant.name_span, "too many constants",
-                 "at most " + std::to_string(kMaxMembers) + " in one place");
-      return;
-    }
-    constants->push_back(std::move(constant));
-  } while (in_.TakeIf(TokenKind::kComma));
-  in_.ExpectClosing(TokenKind::kRightBrace, opening);
-  in_.TakeIf(TokenKind::kSemicolon);
-}
-
-bool ProgramParser::ParseEnumerator(int64_t* value) {
-  const bool negative = in_.TakeIf(TokenKind::kMinus);
-  if (!in_.Is(TokenKind::kInt)) {
-    in_.Unexpected("a number", "the values of an enumeration are ints: enum Phase { LIFT = 1 }");
-    return false;
-  }
-  const Span span = in_.Peek().span;
-  const std::string text = in_.TextOf(in_.Take());
-  int64_t number = 0;
-  const auto read = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (read.ec != std::errc() || number > (negative ? 2147483648LL : 2147483647LL)) {
-    in_.ErrorAt(span, "number does not fit an int", "ints reach from -2147483648 to 2147483647");
-    return false;
-  }
-  *value = negative ? -number : number;
-  return true;
-}
-
-// `in [least, most]`; `in` is a word in this place only.
-void ProgramParser::ParseRange(ConstantDecl* parameter) {
-  if (in_.failed()) return;
-  if (!in_.Is(TokenKind::kName) || in_.TextOf(in_.Peek()) != "in") {
-    in_.Unexpected("'in' and the range of the parameter '" + parameter->name + "'",
-                   "for example: param " + parameter->name + " = 30.0 in [10, 60];");
-    return;
-  }
-  in_.Take();
-  const Span opening = in_.Peek().span;
-  if (!in_.Expect(TokenKind::kLeftBracket, "before the range")) return;
-  parameter->least = expressions_.Parse();
-  if (in_.failed() || !in_.Expect(TokenKind::kComma, "and the largest value")) return;
-  parameter->most = expressions_.Parse();
-  in_.ExpectClosing(TokenKind::kRightBracket, opening);
 }
 
 // `[abstract] role NAME extends NAME { members }`
@@ -322,12 +193,8 @@ void ProgramParser::ParseMembers(Role* role) {
     }
     // The limit of messages holds within a role too.
     if (in_.said_enough()) return;
-    if (AtConstant() || AtEnumeration()) {
-      if (AtConstant()) {
-        ParseConstant(&role->constants);
-      } else {
-        ParseEnumeration(&role->constants);
-      }
+    if (constants_.AtDeclaration()) {
+      constants_.Parse(&role->constants);
       if (in_.failed()) SkipMember();
       continue;
     }

@@ -113,6 +113,7 @@ int Compile(const CompileOptions& options) {
   if (!written) return Unusable(written.error().message);
   // What a microcontroller would have to hold, besides what the quadruped needs.
   const Result<std::unique_ptr<vm::VerifiedProgram>> verified = VerifyProgram(program->image);
+  if (!verified) return Unusable(verified.error().message);
   const InstructionPlaces large =
       FindInstructions(**verified, [](vm::Opcode op) { return !vm::IsInEveryProfile(op); });
   // On standard output the image stands alone.

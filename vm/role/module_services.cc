@@ -366,7 +366,7 @@ int ModuleServices::Hops() { return context_.state.pose.has ? context_.state.pos
 
 OpResult ModuleServices::Place(Axis axis, float* mm) {
   if constexpr (!kHoldsAllInstructions) return {};
-  if (!context_.state.pose.has) return Refuse({.code = FaultCode::kNoPose});
+  // A module takes no role before it knows where it is.
   // $ANY is no axis along which anything could be measured; its unit vector is 0.
   *mm = Dot(PlaceOf(context_), UnitOf(axis)) * 1000.0f + 0.0f;
   return {};
@@ -374,7 +374,6 @@ OpResult ModuleServices::Place(Axis axis, float* mm) {
 
 OpResult ModuleServices::Heading(float* degrees) {
   if constexpr (!kHoldsAllInstructions) return {};
-  if (!context_.state.pose.has) return Refuse({.code = FaultCode::kNoPose});
   // The link that the pose came in by need not be level with the module as it stands at the
   // beginning, so that the first link counts.
   const Vec3 x_R = Rotate(context_.state.pose.X_RL[0].q, {1, 0, 0});
