@@ -54,9 +54,13 @@ inline constexpr int kMaxBodyJoints = Capacity(64, 9);  ///< Joints known to tou
 inline constexpr int kMaxRoles = Capacity(64, 14);
 inline constexpr int kMaxFunctions = Capacity(512, 24);
 inline constexpr int kMaxKeywords = Capacity(64, 32);
-inline constexpr int kMaxFields = Capacity(16, 6);  ///< A role, with what it inherits.
+inline constexpr int kMaxFields = Capacity(32, 6);  ///< A role, with what it inherits.
 inline constexpr int kMaxSharedFields =
-    Capacity(4, 2);                                 ///< Of them, those that neighbours may read.
+    Capacity(4, 2);  ///< Of them, those that neighbours may read.
+/// Of them, those whose values are told in every tick.
+inline constexpr int kMaxTracedFields = Capacity(4, 0);
+/// Kept fields that a module remembers, of all roles and programs that it has had.
+inline constexpr int kMaxKeptFields = Capacity(16, 1);
 inline constexpr int kMaxLabels = Capacity(16, 4);  ///< A role, with what it inherits.
 /// Requirements of a role, with those that it inherits.
 inline constexpr int kMaxRequirements = Capacity(16, 8);

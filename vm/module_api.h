@@ -227,6 +227,12 @@ struct PrintReport {
   Cell values[kMaxPrintValues];
 };
 
+/// The value of a field that the program traces, at the end of the tick.
+struct TraceReport {
+  uint8_t field = 0;  ///< Its slot in the role held.
+  Cell value;
+};
+
 /// Role, labels, conventions, tasks and faults of one tick (channel RUN/<module>/STATUS).
 struct StatusReport {
   /// True if role, labels or conventions differ from the last tick, or if there are faults or
@@ -255,6 +261,8 @@ struct StatusReport {
   uint8_t num_prints = 0;
   uint16_t prints_dropped = 0;  ///< Lines beyond kMaxPrintsPerTick, which are counted only.
   PrintReport prints[kMaxPrintsPerTick];
+  uint8_t num_traces = 0;
+  TraceReport traces[kMaxTracedFields > 0 ? kMaxTracedFields : 1];
 };
 
 /// An order to a connector's hardware, such as to extend its hooks.

@@ -52,6 +52,7 @@ void Vm::Tick(const TickInput& input, TickOutput* output) {
   ReceiveInvocations(context, inbox);
   IssueRequests(context, input);
   RunTasks(context, services);
+  RememberKept(context);
 
   // What others are told of it: actuators, neighbours, people.
   FillCommands(context, output);
@@ -86,6 +87,15 @@ void Vm::FillShared(NeighbourMessage* message) {
   }
 }
 
+void Vm::FillTraces(StatusReport* status) const {
+  if (kMaxTracedFields == 0 || state_.role.role < 0) return;
+  const RoleInfo role = program_->role(state_.role.role);
+  for (int i = 0; i < role.num_fields; ++i) {
+    if (!role.fields.traced(i)) continue;
+    status->traces[status->num_traces++] = {static_cast<uint8_t>(i), state_.role.fields[i]};
+  }
+}
+
 void Vm::FillStatus(Context& context, StatusReport* status) {
   status->role = state_.role.role;
   status->frozen = state_.role.frozen;
@@ -97,6 +107,7 @@ void Vm::FillStatus(Context& context, StatusReport* status) {
   for (int i = 0; i < kMaxLabels; ++i) status->labels[i] = state_.role.labels[i];
   for (int j = 0; j < kMaxJoints; ++j) status->signs[j] = state_.joints[j].sign;
   FillTasks(context, status);
+  FillTraces(status);
   // The digest of what people watch tells whether this tick is worth a STATUS. Tasks are no part of
   // it: they move on in nearly every tick.
   Digest digest;
@@ -104,7 +115,7 @@ void Vm::FillStatus(Context& context, StatusReport* status) {
   for (const int8_t label : status->labels) digest.Add(label);
   for (const int8_t sign : status->signs) digest.Add(sign);
   status->changed = digest.value() != state_.reported || status->num_faults > 0 ||
-                    status->faults_dropped > 0 || status->num_prints > 0;
+                    status->faults_dropped > 0 || status->num_prints > 0 || status->num_traces > 0;
   state_.reported = digest.value();
 }
 

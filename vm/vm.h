@@ -50,6 +50,7 @@ class Vm {
   void FillMessage(Context& context, NeighbourMessage* message);
   /// Adds the values of the shared fields of the role held.
   void FillShared(NeighbourMessage* message);
+  void FillTraces(StatusReport* status) const;
   void FillStatus(Context& context, StatusReport* status);
 
   // What stays the same, the program that runs (it may be replaced), and all that changes. None of

@@ -69,4 +69,18 @@ ReportWords ProgramWords::Print(uint64_t program_hash, const std::string& type,
   return words;
 }
 
+TracedValue ProgramWords::Trace(uint64_t program_hash, int role, const vm::TraceReport& trace) {
+  std::string file;
+  const vm::VerifiedProgram* program = Find(program_hash, &file);
+  // Only the program knows the field's type.
+  if (program == nullptr || role < 0 || role >= program->num_roles()) return {};
+  const vm::RoleInfo info = program->role(role);
+  if (trace.field >= info.num_fields) return {};
+  const vm::Text name = program->field_name(role, trace.field);
+  const bool is_float = info.fields.type(trace.field) == vm::ValueType::kFloat;
+  return {{name.data, name.size},
+          is_float ? static_cast<double>(trace.value.AsFloat())
+                   : static_cast<double>(trace.value.AsInt())};
+}
+
 }  // namespace morphbus::bridge

@@ -21,6 +21,12 @@ struct ReportWords {
   std::string task;      ///< Of a fault: the function of the task that it has ended.
 };
 
+/// The value of a field that a program traces.
+struct TracedValue {
+  std::string field;  ///< Its name; empty if the program is not known.
+  double value = 0;   ///< An int, a float, or 0 and 1 for a bool.
+};
+
 /// Whether a program is the one that a run began with, or has only other values of parameters.
 bool IsOwnProgram(const RunModel& run, const vm::VerifiedProgram& program);
 
@@ -41,6 +47,8 @@ class ProgramWords {
   uint64_t SourceHash(uint64_t program_hash);
   /// A printed line, likewise; no text if the program is not known.
   ReportWords Print(uint64_t program_hash, const std::string& type, const vm::PrintReport& print);
+  /// The value of a field that a module with this role traces.
+  TracedValue Trace(uint64_t program_hash, int role, const vm::TraceReport& trace);
 
  private:
   /// The program with this hash; null if it is not known. `file` is set to its source.

@@ -117,6 +117,8 @@ class Converter : private RunMessageHandler {
     std::string file;
     uint32_t line = 0;
   };
+  /// The fields that a STATUS tells the values of, if it does.
+  void SendTraces(const morphbus::status_t& status, int module);
   /// Sends a line for people, with the place in a program's source that it speaks of.
   void SendLog(int64_t time_us, foxglove::Log::Level level, const std::string& who,
                const std::string& text, const SourcePlace& where);

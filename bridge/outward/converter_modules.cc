@@ -142,7 +142,10 @@ void Converter::OnStatus(const RunMessage& message, morphbus::status_t&& status)
     modules_changed_ = true;
   }
   for (const morphbus::fault_t& fault : status.faults) SendFault(status, fault, module);
-  for (const morphbus::print_t& print : status.prints) SendPrint(status, print, module);
+  for (const morphbus::print_t& print : status.prints) {
+    if (!IsTrace(print)) SendPrint(status, print, module);
+  }
+  SendTraces(status, module);
 }
 
 void Converter::SendModules() {
@@ -207,6 +210,23 @@ void Converter::SendPrint(const morphbus::status_t& status, const morphbus::prin
   Send(OutwardTopic::kPrints, status.header.sim_time_us, out);
   SendLog(status.header.sim_time_us, foxglove::Log::INFO, out.module(), out.text(),
           {out.file(), out.line()});
+}
+
+void Converter::SendTraces(const morphbus::status_t& status, int module) {
+  morphbus::Traces out;
+  for (const morphbus::print_t& print : status.prints) {
+    if (!IsTrace(print)) continue;
+    const TracedValue value = words_.Trace(static_cast<uint64_t>(status.header.program_hash),
+                                           status.role, FromTrace(print));
+    morphbus::TracedField& field = *out.add_fields();
+    field.set_name(EscapeControl(value.field));
+    field.set_value(value.value);
+  }
+  if (out.fields_size() == 0) return;
+  SetTime(status.header.sim_time_us, out.mutable_timestamp());
+  out.set_module(run_->robot->modules[module].name);
+  out.set_role(EscapeControl(status.role_name));
+  Send(OutwardTopic::kTraces, status.header.sim_time_us, out);
 }
 
 void Converter::SendLog(int64_t time_us, foxglove::Log::Level level, const std::string& who,

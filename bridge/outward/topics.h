@@ -23,6 +23,7 @@ enum class OutwardTopic : uint8_t {
   kConnections,
   kFaults,
   kPrints,
+  kTraces,
   kLog,
   kHealth,
   kChannels,
@@ -41,7 +42,7 @@ struct OutwardTopicInfo {
 };
 
 /// All topics, in the order of OutwardTopic.
-inline constexpr std::array<OutwardTopicInfo, 15> kOutwardTopics = {{
+inline constexpr std::array<OutwardTopicInfo, 16> kOutwardTopics = {{
     {OutwardTopic::kDescription, "description", "morphbus.Description", true},
     {OutwardTopic::kScene, "scene", "foxglove.SceneUpdate", true},
     {OutwardTopic::kClock, "clock", "morphbus.Clock", true},
@@ -54,6 +55,7 @@ inline constexpr std::array<OutwardTopicInfo, 15> kOutwardTopics = {{
     {OutwardTopic::kConnections, "connections", "morphbus.Connections", true},
     {OutwardTopic::kFaults, "faults", "morphbus.Fault", false},
     {OutwardTopic::kPrints, "prints", "morphbus.Print", false},
+    {OutwardTopic::kTraces, "traces", "morphbus.Traces", false},
     {OutwardTopic::kLog, "log", "foxglove.Log", false},
     {OutwardTopic::kHealth, "health", "morphbus.Health", false},
     {OutwardTopic::kChannels, "channels", "morphbus.Channels", true},

@@ -234,12 +234,33 @@ constexpr auto kPrint = [](auto& wire, auto& vm) {
   CopyList(wire.num_values, wire.values, vm.num_values, vm.values, kCell);
 };
 
-/// Adds printed lines from number `next` on as far as they fit; returns the number of the next.
+/// The value of a traced field, as a line that no function printed.
+morphbus::print_t ToTrace(const vm::TraceReport& trace) {
+  morphbus::print_t out;
+  out.function_index = -1;
+  out.line = 0;
+  out.text = trace.field;
+  out.num_values = 1;
+  out.values = {static_cast<int32_t>(trace.value.bits)};
+  return out;
+}
+
+/// How many printed lines and values of traced fields a report has.
+size_t NumLines(const vm::StatusReport& report) {
+  return size_t{report.num_prints} + report.num_traces;
+}
+
+/// Adds printed lines, and behind them the values of traced fields, from number `next` on as far as
+/// they fit; returns the number of the next.
 size_t AddPrints(const vm::StatusReport& report, size_t next, morphbus::status_t* out) {
-  for (; next < report.num_prints; ++next) {
+  for (; next < NumLines(report) && out->num_prints < vm::kMaxPrintsPerTick; ++next) {
     morphbus::print_t print;
-    kPrint(print, report.prints[next]);
-    print.line = To16(report.prints[next].line);
+    if (next < report.num_prints) {
+      kPrint(print, report.prints[next]);
+      print.line = To16(report.prints[next].line);
+    } else {
+      print = ToTrace(report.traces[next - report.num_prints]);
+    }
     if (static_cast<size_t>(print._getEncodedSizeNoHash()) > RoomIn(*out)) break;
     out->prints.push_back(std::move(print));
     ++out->num_prints;
@@ -385,10 +406,10 @@ std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const S
     }
     if (fault >= report.num_faults) print = AddPrints(report, print, &message);
     MORPHBUS_CHECK(fault >= report.num_faults || message.num_faults > 0);
-    MORPHBUS_CHECK(fault < report.num_faults || print >= report.num_prints ||
+    MORPHBUS_CHECK(fault < report.num_faults || print >= NumLines(report) ||
                    message.num_prints > 0 || message.num_faults > 0);
     // What is held comes behind all of these, in messages without them, where there is room.
-    if (rest && fault >= report.num_faults && print >= report.num_prints &&
+    if (rest && fault >= report.num_faults && print >= NumLines(report) &&
         message.num_faults == 0 && message.num_prints == 0) {
       message.inspections.push_back(rest->Next(RoomIn(message)));
       message.num_inspections = 1;
@@ -396,11 +417,15 @@ std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const S
     }
     // Tasks get the room that all this leaves.
     AddTasks(report, names, &message);
-  } while (fault < report.num_faults || print < report.num_prints || (rest && !rest->done()));
+  } while (fault < report.num_faults || print < NumLines(report) || (rest && !rest->done()));
   for (morphbus::status_t& message : messages) {
     for (morphbus::inspection_t& part : message.inspections) part.num_parts = num_parts;
   }
   return messages;
+}
+
+vm::TraceReport FromTrace(const morphbus::print_t& print) {
+  return {static_cast<uint8_t>(print.text), vm::Cell{static_cast<uint32_t>(print.values[0])}};
 }
 
 vm::PrintReport FromPrint(const morphbus::print_t& print) {

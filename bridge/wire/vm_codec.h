@@ -64,6 +64,14 @@ std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const S
                                          uint16_t module_id, uint32_t incarnation, int num_joints,
                                          const HeldState* held = nullptr);
 
+/// Whether what STATUS has among its printed lines is the value of a traced field: no function
+/// printed it, and its text is the slot of the field in the role.
+inline bool IsTrace(const morphbus::print_t& print) {
+  return print.function_index < 0 && print.num_values == 1;
+}
+/// Such a value.
+vm::TraceReport FromTrace(const morphbus::print_t& print);
+
 /// A printed line of a STATUS that Decode accepted, to be worded by vm::PrintText.
 vm::PrintReport FromPrint(const morphbus::print_t& print);
 

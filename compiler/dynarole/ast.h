@@ -22,6 +22,9 @@ inline constexpr int kMaxDepth = 200;
 /// together, so that a hostile text costs no time later.
 inline constexpr size_t kMaxMembers = 200;
 
+/// No array has more elements; a role or function holds fewer still.
+inline constexpr int kMaxElements = 64;
+
 /// The form of an expression.
 enum class ExprKind : uint8_t {
   kInt,    ///< 45
@@ -44,6 +47,10 @@ enum class ExprKind : uint8_t {
   kMember,
   /// A call with parentheses: f(x), x.NAME(y). Its first operand is what is called.
   kCall,
+  /// [x, y]: the values that an array begins with.
+  kArray,
+  /// x[i], an element of an array: the array's name, and the element's number.
+  kIndex,
   /// A piece of text that could not be read. It has been reported, and the checker is silent about
   /// it.
   kError,
@@ -85,6 +92,10 @@ enum class Meaning : uint8_t {
   kLocal,
   /// A field: Expr::index is its slot in the role, which is the same in all its subroles.
   kField,
+  /// An element of an array whose number is not known at compile time: Expr::index is the slot of
+  /// the first one, of the routine's locals or of the role's fields, Expr::length their number.
+  kLocalElement,
+  kFieldElement,
   /// A label: Expr::index is its slot in the role.
   kLabel,
   /// A part of the module, by its keyword: Expr::index counts ProgramModel::keywords.
@@ -101,6 +112,9 @@ enum class Meaning : uint8_t {
   kNeighbourField,
   /// A command for neighbours only, the set before the dot: as kInvoke.
   kInvokeNear,
+  /// One value of all members of a set of neighbours: sum(SET.NAME), count(SET). Expr::index is the
+  /// slot of the local that holds those which are still to be asked, Expr::role their role.
+  kOverNeighbours,
   /// A call of the routine Expr::index, which the one that calls has replaced.
   kSuper,
   /// What `self`, a joint or a connector offers, or a function of the language: the instruction
@@ -139,12 +153,16 @@ struct Expr {
   Meaning meaning = Meaning::kNone;
   int index = -1;  ///< A slot or a keyword.
   int role = -1;   ///< The role whose command is invoked or whose field is read.
+  int length = 0;  ///< How many elements an array has.
   /// The instruction of a kBuiltin.
   vm::Opcode opcode = vm::Opcode::kPop;
   /// The value of a kConstant, as the VM stores it.
   vm::Cell cell;
 };
 using ExprPtr = std::unique_ptr<Expr>;
+
+/// A copy of an expression that nobody has checked yet.
+ExprPtr CopyOf(const Expr& expr);
 
 /// Whether it is a call of floor or round, whose value is an int.
 bool IsWholeNumber(const Expr& expr);
@@ -158,6 +176,8 @@ enum class StmtKind : uint8_t {
   kSwitch,
   kWhile,
   kFor,
+  /// for (NAME in SET): the body once for each neighbour in the set.
+  kForEach,
   kBreak,
   kContinue,
   kReturn,
@@ -180,14 +200,20 @@ struct Stmt {
   Operator op = Operator::kNone;
   source::Span span;       ///< All of its text.
   source::Span name_span;  ///< Of `name`.
-  /// The variable or field that a kAssign sets or a kVar makes.
+  /// The variable or field that a kAssign sets, or the variable that a kVar or kForEach makes.
   std::string name;
-  /// The value, the condition, or the expression that stands alone; null for `return;` and for a
-  /// `for` without a condition.
+  /// The value, the condition, the set that a kForEach goes over, or the expression that stands
+  /// alone; null for `return;` and for a `for` without a condition.
   ExprPtr expr;
-  /// The statements of a block; the then and perhaps the else branch of an if; the body of a while;
+  /// The statements of a block; the then and perhaps the else branch of an if; the body of a while
+  /// or kForEach;
   /// what a for does first, what it does after each round (empty blocks if nothing), and its body.
   std::vector<std::unique_ptr<Stmt>> body;
+  /// Of an assignment to an element of an array: its number. Else null.
+  ExprPtr subscript;
+  /// Of a kVar, and of an assignment to an element: how many elements the array has; 0 for none. A
+  /// kVar whose value is a kArray makes one too.
+  int length = 0;
   /// Of a switch: what leads to each statement of `body`, which are blocks.
   std::vector<SwitchCase> cases;
 
@@ -196,6 +222,11 @@ struct Stmt {
   /// Slot of that local or field; of a switch that of the local that holds what it looks at.
   int index = -1;
   Type type = Type::kUnknown;  ///< Of that local or field.
+  /// Of a kForEach: the slot of the local that holds the neighbours which are still to come. Of an
+  /// assignment that reads an element of unknown number first: that of the number.
+  int rest = -1;
+  /// Of a kForEach whose body reads shared fields: the role that has them; else -1.
+  int role = -1;
 };
 using StmtPtr = std::unique_ptr<Stmt>;
 
@@ -240,6 +271,16 @@ struct Member {
   bool early = false;
   /// Of a field: neighbours may read it.
   bool shared = false;
+  /// Of a field: its value outlives a change of role or of program.
+  bool kept = false;
+  /// Of a field that is an element of an array, each of which is a member, "gains[2]": the array's
+  /// name, the element's number, and how many there are.
+  std::string array;
+  int element = 0;
+  int length = 0;
+
+  /// The name as it is declared: of an element that of its array.
+  [[nodiscard]] const std::string& declared_name() const { return array.empty() ? name : array; }
   /// The block of a startup, behavior, command, handler or function; null for other members.
   StmtPtr body;
 
@@ -267,6 +308,12 @@ struct Enumeration {
   source::Span name_span;
 };
 
+/// `trace NAME;`: the value of a field is told in every tick.
+struct Trace {
+  std::string name;
+  source::Span span;  ///< Of the name.
+};
+
 /// A role as it is declared, without what it inherits.
 struct Role {
   /// No module takes an abstract role; only those that extend it can be taken.
@@ -281,6 +328,8 @@ struct Role {
   std::vector<Member> members;
   /// Constants that stand in it.
   std::vector<ConstantDecl> constants;
+  /// Fields whose values are told.
+  std::vector<Trace> traces;
 };
 
 /// A program: the roles of one file, in their order.

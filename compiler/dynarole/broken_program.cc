@@ -19,7 +19,8 @@ void FillExpr(const source::Span& span, ExprPtr* expr) {
 /// Gives a statement the parts that the checker counts on.
 void FillStatement(Stmt* statement) {
   const StmtKind kind = statement->kind;
-  const bool branches = kind == StmtKind::kIf || kind == StmtKind::kWhile;
+  const bool branches =
+      kind == StmtKind::kIf || kind == StmtKind::kWhile || kind == StmtKind::kForEach;
   if (branches || kind == StmtKind::kSwitch || kind == StmtKind::kVar ||
       kind == StmtKind::kAssign || kind == StmtKind::kExpr) {
     FillExpr(statement->span, &statement->expr);

@@ -89,6 +89,19 @@ const std::vector<Builtin>& FunctionBuiltins() {
   return kTable;
 }
 
+const std::vector<Builtin>& NeighbourBuiltins() {
+  static const std::vector<Builtin> kTable = {
+      {"sum", "", Opcode::kTelling, false, "sum(SET.field)"},
+      {"count", "", Opcode::kTelling, false, "count(SET)"},
+      {"count", "", Opcode::kTelling, false, "count(SET.field)"},
+      {"any", "", Opcode::kTelling, false, "any(SET.field)"},
+      {"all", "", Opcode::kTelling, false, "all(SET.field)"},
+      {"min", "", Opcode::kTelling, false, "min(SET.field)"},
+      {"max", "", Opcode::kTelling, false, "max(SET.field)"},
+  };
+  return kTable;
+}
+
 // The joint before the dot is the first operand of the instruction, and stands in no list of
 // arguments here.
 const std::vector<Builtin>& JointBuiltins() {

@@ -69,6 +69,9 @@ struct Builtin {
 const std::vector<Builtin>& SelfBuiltins();
 /// Functions of the language, which are called without a dot: mathematics, random, axis.
 const std::vector<Builtin>& FunctionBuiltins();
+/// Functions of a field that all neighbours in a set share, sum(SET.NAME): walks over them, with
+/// code of their own. Of two numbers, min and max are in FunctionBuiltins.
+const std::vector<Builtin>& NeighbourBuiltins();
 /// Forms of `JOINT.NAME`, the raw actuator.
 const std::vector<Builtin>& JointBuiltins();
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "compiler/base/text.h"
+#include "compiler/dynarole/builtins.h"
 #include "compiler/dynarole/constants.h"
 
 namespace morphbus::dynarole {
@@ -68,17 +69,29 @@ Type CallChecker::UnknownCommand(const Expr& member, const RoleModel& target) {
   return Type::kError;
 }
 
-// The role is what `$Role` says, since the fields and commands of neighbours are those of a role.
-Type CallChecker::InferNeighbours(Expr* member, Expr* call) {
-  // Only a call that names a role, by a value known now, says whose fields these are.
-  const Expr& set = *member->operands[0];
+int CallChecker::RoleOf(const Expr& set) const {
+  // The neighbour of a loop's round plays what all that the loop goes over play.
+  if (set.meaning == Meaning::kLocal && set.kind == ExprKind::kName) {
+    const Local* local = scope_.FindLocal(set.name);
+    return local == nullptr ? -1 : local->role;
+  }
+  // Else only a call that names a role, by a value known now, says it.
   const bool of_role = set.meaning == Meaning::kBuiltin && set.opcode == vm::Opcode::kConnectedRole;
   const FoldResult folded = of_role ? Fold(*set.operands[2]) : FoldResult();
-  if (!folded.value || folded.value->type != Type::kRole) {
+  return folded.value && folded.value->type == Type::kRole ? folded.value->cell.AsInt() : -1;
+}
+
+// The role is what `$Role` says, since the fields and commands of neighbours are those of a role.
+Type CallChecker::InferNeighbours(Expr* member, Expr* call) {
+  const Expr& set = *member->operands[0];
+  const int role = RoleOf(set);
+  if (role < 0) {
+    const Local* local = set.meaning == Meaning::kLocal ? scope_.FindLocal(set.name) : nullptr;
+    const bool of_loop = local != nullptr && local->neighbour;
     return pass_.Wrong(member->span, "which role the neighbours play is not known here",
-                       "write self.connected(direction, $Role)." + member->name);
+                       of_loop ? "let the loop go over self.connected(direction, $Role)"
+                               : "write self.connected(direction, $Role)." + member->name);
   }
-  const int role = folded.value->cell.AsInt();
   return call != nullptr ? InferInvoke(member, call, role, Meaning::kInvokeNear)
                          : InferNeighbourField(member, role);
 }
@@ -118,8 +131,56 @@ Type CallChecker::InferNeighbourField(Expr* member, int role) {
   member->meaning = Meaning::kNeighbourField;
   member->role = role;
   member->index = slot;
+  const Expr& set = *member->operands[0];
+  Local* local = set.meaning == Meaning::kLocal ? scope_.FindLocal(set.name) : nullptr;
+  if (local != nullptr) local->field_read = true;
   scope_.Uses(vm::Opcode::kNeighbourField, member->name_span, "a neighbour's " + member->name);
   return decl.type;
+}
+
+bool CallChecker::IsOverNeighbours(const Expr& call) {
+  const std::string& name = call.operands[0]->name;
+  if (UsagesOf(NeighbourBuiltins(), name).empty()) return false;
+  if (UsagesOf(FunctionBuiltins(), name).empty()) return true;
+  // Of two numbers these two are functions of the language.
+  return call.operands.size() == 2 && call.operands[1]->meaning == Meaning::kNeighbourField;
+}
+
+Type CallChecker::InferOverNeighbours(Expr* call) {
+  const std::string& name = call->operands[0]->name;
+  const bool counts = name == "count", decides = name == "any" || name == "all";
+  const Type result = counts ? Type::kInt : decides ? Type::kBool : Type::kError;
+  if (call->operands.size() != 2) {
+    pass_.Error(call->span, "'" + name + "' takes 1 argument, not " +
+                                std::to_string(call->operands.size() - 1));
+    return result;
+  }
+  Expr* asked = call->operands[1].get();
+  if (asked->type == Type::kError || asked->type == Type::kUnknown) return result;
+  // `count` of a set is the number of those that have told their fields.
+  const bool of_set = counts && asked->type == Type::kSet;
+  const int role = of_set ? RoleOf(*asked) : asked->role;
+  if ((!of_set && asked->meaning != Meaning::kNeighbourField) || role < 0) {
+    pass_.Error(asked->span, "'" + name + "' goes over a field that neighbours share").hint =
+        "for example: " + name + "(self.connected($ANY, $Role).field)" +
+        (counts ? "; for the number of a set's members write sizeof(...)" : "");
+    return result;
+  }
+  // Sums and extremes are of numbers, what any or all have and `count` of those that have it of
+  // bools.
+  const bool wants_bool = counts || decides;
+  const bool fits = of_set || (wants_bool ? asked->type == Type::kBool : IsNumber(asked->type));
+  if (!fits) {
+    pass_.Error(asked->name_span, "'" + name + "' is of " + (wants_bool ? "bools" : "numbers") +
+                                      ", but '" + asked->name + "' is " + NameOf(asked->type));
+    return result;
+  }
+  // One walk over neighbours ends before another begins, so that all share a local.
+  call->meaning = Meaning::kOverNeighbours;
+  call->role = role;
+  if (!of_set) call->index = scope_.Hidden("neighbours", call->span, Type::kSet);
+  scope_.Uses(vm::Opcode::kTelling, call->operands[0]->span, name);
+  return wants_bool ? result : asked->type;
 }
 
 Type CallChecker::InferSuper(Expr* member, Expr* call) {

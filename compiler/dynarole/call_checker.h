@@ -21,9 +21,16 @@ class CallChecker {
   /// A command of another role, or of the own one, by its name: Role.command(...); kInvokeNear for
   /// one of neighbours.
   Type InferInvoke(Expr* member, Expr* call, int role, Meaning meaning = Meaning::kInvoke);
+  /// The role that all modules of a set play, where the expression says it by name: -1 if not.
+  [[nodiscard]] int RoleOf(const Expr& set) const;
   /// What stands behind the dot of a set of neighbours: a shared field of their role, for which
   /// `call` is null, or a command.
   Type InferNeighbours(Expr* member, Expr* call);
+  /// Whether a call of a name without a dot is one of a function over neighbours: sum, count, any,
+  /// all, and min and max of a shared field alone.
+  [[nodiscard]] static bool IsOverNeighbours(const Expr& call);
+  /// Such a call: sum(SET.NAME), count(SET).
+  Type InferOverNeighbours(Expr* call);
   /// `super.NAME(args)`: the routine that this one replaces. `call` is null without parentheses.
   Type InferSuper(Expr* member, Expr* call);
   /// Reports a command of the own role that is called as if it were a function. Commands run on all

@@ -34,6 +34,10 @@ class Checker {
   /// One walk over all fields and routines.
   void CheckMembers();
   void CheckFieldValues(int role);
+  /// A value that is kept means the same under another program.
+  void CheckKept(const FieldDecl& decl, const FieldSlot& slot, const Expr& value);
+  /// All elements of an array are of one type.
+  void CheckArrays(const RoleModel& role);
   void CheckRoutine(int index);
   void CheckRequirement(Routine* routine);
   void CheckLabel(Routine* routine);
@@ -76,6 +80,7 @@ void Checker::Run() {
 
 void Checker::CheckMembers() {
   for (int i = 0; i < std::ssize(model_.roles); ++i) CheckFieldValues(i);
+  for (const RoleModel& role : model_.roles) CheckArrays(role);
   for (int i = 0; i < std::ssize(model_.routines); ++i) CheckRoutine(i);
 }
 
@@ -113,6 +118,12 @@ void Checker::CheckFieldValues(int role) {
     // The image holds the value, so it must be known now, or be a parameter's, which the image
     // holds as well.
     slot.parameter = ParameterOf(*value);
+    if (own && decl.kept) CheckKept(decl, slot, *value);
+    if (slot.traced && pass_.is_final() && !IsNumber(decl.type) && decl.type != Type::kBool &&
+        decl.type != Type::kError) {
+      pass_.Error(value->span, "field '" + decl.name + "' is traced, but is " + NameOf(decl.type))
+          .hint = "numbers and bools are traced";
+    }
     if (slot.parameter >= 0) continue;
     const FoldResult folded = Fold(*value);
     if (folded.value) slot.cell = folded.value->cell;
@@ -125,6 +136,44 @@ void Checker::CheckFieldValues(int role) {
           "numbers, true, false, directions, axes and roles are, and a parameter of the field's "
           "type may stand alone; to name a joint or link, use a label";
     }
+  }
+}
+
+void Checker::CheckKept(const FieldDecl& decl, const FieldSlot& slot, const Expr& value) {
+  if (slot.parameter >= 0) {
+    pass_.Error(value.span, "a field that is kept cannot begin with a parameter").hint =
+        "give it a number, and let a startup set it";
+  }
+  // Roles have other numbers in another program.
+  if (decl.type == Type::kRole) {
+    pass_.Error(value.span, "a role cannot be kept").hint =
+        "bools, ints, floats, directions and axes can";
+  }
+}
+
+void Checker::CheckArrays(const RoleModel& role) {
+  for (size_t first = 0; first < role.fields.size();) {
+    const FieldDecl& decl = model_.fields[role.fields[first].decl];
+    const size_t length = std::max(1, decl.length);
+    Type type = decl.type;
+    for (size_t i = 1; i < length; ++i) {
+      const FieldDecl& element = model_.fields[role.fields[first + i].decl];
+      const std::optional<Type> joined = Join(type, element.type);
+      if (!joined) {
+        pass_
+            .Error(element.type_span, "the elements of an array are of one type, which is " +
+                                          NameOf(type) + " here, but this is " +
+                                          NameOf(element.type))
+            .Note(decl.span, "declared here");
+        break;
+      }
+      type = *joined;
+    }
+    // What one of them tells is so for all; the values are converted in the next pass.
+    for (size_t i = 0; i < length && !pass_.is_final(); ++i) {
+      if (type != Type::kVoid) pass_.Change(&model_.fields[role.fields[first + i].decl].type, type);
+    }
+    first += length;
   }
 }
 

@@ -70,6 +70,7 @@ class FunctionGenerator : private ExpressionGenerator {
         break;
       }
       case StmtKind::kVar:
+        if (statement.length > 0) return EmitArray(statement);
         EmitExpr(*statement.expr);
         Emit(Opcode::kStoreLocal, {statement.index});
         break;
@@ -92,6 +93,9 @@ class FunctionGenerator : private ExpressionGenerator {
       case StmtKind::kFor:
         EmitFor(statement);
         break;
+      case StmtKind::kForEach:
+        EmitForEach(statement);
+        break;
       case StmtKind::kBreak:
       case StmtKind::kContinue:
         // Behind the loop, or to what it does after each round.
@@ -110,7 +114,43 @@ class FunctionGenerator : private ExpressionGenerator {
     set_locals = outer;
   }
 
+  void EmitArray(const Stmt& statement) {
+    const bool listed = statement.expr->kind == ExprKind::kArray;
+    for (int i = 0; i < statement.length; ++i) {
+      // What is one value for all is computed once.
+      if (listed || i == 0) {
+        EmitExpr(listed ? *statement.expr->operands[static_cast<size_t>(i)] : *statement.expr);
+      } else {
+        Emit(Opcode::kLoadLocal, {statement.index}, {.type = ValueTypeOf(statement.type)});
+      }
+      Emit(Opcode::kStoreLocal, {statement.index + i});
+    }
+  }
+
+  // An assignment to an element whose number the program computes.
+  void EmitAssignElement(const Stmt& statement) {
+    const vm::ValueType type = ValueTypeOf(statement.type);
+    EmitExpr(*statement.subscript);
+    if (statement.op != Operator::kNone) {
+      Emit(Opcode::kStoreLocal, {statement.rest});
+      Emit(Opcode::kLoadLocal, {statement.rest}, {.type = vm::ValueType::kInt});
+      Emit(Opcode::kLoadLocal, {statement.rest}, {.type = vm::ValueType::kInt});
+      EmitElement(statement.meaning, statement.index, statement.length, type);
+    }
+    EmitExpr(*statement.expr);
+    if (statement.op != Operator::kNone)
+      EmitArithmetic(statement.op, type == vm::ValueType::kFloat);
+    const bool is_local = statement.meaning == Meaning::kLocalElement;
+    MarkLine(statement.span);
+    Emit(is_local ? Opcode::kStoreLocalElement : Opcode::kStoreFieldElement,
+         {statement.index | statement.length << 8});
+  }
+
   void EmitAssign(const Stmt& statement) {
+    if (statement.meaning == Meaning::kLocalElement ||
+        statement.meaning == Meaning::kFieldElement) {
+      return EmitAssignElement(statement);
+    }
     // `x += y` reads x first.
     const bool is_local = statement.meaning == Meaning::kLocal;
     if (statement.op != Operator::kNone) {
@@ -228,6 +268,29 @@ class FunctionGenerator : private ExpressionGenerator {
       EmitLoop(known ? nullptr : statement.expr.get(), *statement.body[2], statement.body[1].get(),
                statement.span);
     }
+    set_locals = outer;
+  }
+
+  void EmitForEach(const Stmt& statement) {
+    const uint16_t outer = set_locals;
+    EmitExpr(*statement.expr);
+    Emit(Opcode::kStoreLocal, {statement.rest});
+    // Each round takes the first of those that are left, if there is one. Those that have told
+    // their fields are looked for anew, as neighbours may go while a round waits.
+    Target next, end;
+    Place(&next, true);
+    EmitFirstOf(statement.rest, statement.role);
+    Emit(Opcode::kStoreLocal, {statement.index});
+    Emit(Opcode::kLoadLocal, {statement.index}, {.type = vm::ValueType::kSet});
+    EmitJumpIfEmpty(&end);
+    loops_.push_back({&next, &end});
+    EmitBranch(*statement.body[0]);
+    loops_.pop_back();
+    if (reachable) {
+      MarkLine(statement.span);
+      Jump(Opcode::kJump, &next);
+    }
+    Place(&end);
     set_locals = outer;
   }
 

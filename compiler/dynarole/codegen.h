@@ -46,6 +46,9 @@ struct ConstantEntry {
   uint32_t bits = 0;  ///< Of a text its number among the texts.
   /// Of a parameter its index in ProgramModel::constants, so that no two share an entry; else -1.
   int parameter = -1;
+  /// Of what a kept field begins with, and of the text behind it, which is the field's name: the
+  /// field's index in ProgramModel::fields; else -1.
+  int kept = -1;
 
   auto operator<=>(const ConstantEntry&) const = default;
 };

@@ -156,6 +156,8 @@ FoldResult FoldConversion(const Expr& expr, const FieldValues* fields) {
 // A function of the language of values that are known: mathematics as the virtual machine does it.
 FoldResult FoldCall(const Expr& expr, const FieldValues* fields) {
   if (expr.meaning == Meaning::kConvert) return FoldConversion(expr, fields);
+  // The size of an array.
+  if (expr.meaning == Meaning::kConstant) return Value(expr.type, expr.cell);
   const bool axis = expr.opcode == vm::Opcode::kAxisOf;
   if (expr.meaning != Meaning::kBuiltin || (!vm::IsMathematics(expr.opcode) && !axis)) return {};
   // No such function takes more than three numbers.

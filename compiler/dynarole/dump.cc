@@ -45,6 +45,15 @@ std::string ExprText(const Expr& expr) {
       }
       return text + ")";
     }
+    case ExprKind::kArray: {
+      std::string text;
+      for (const ExprPtr& value : expr.operands) {
+        text += (text.empty() ? "[" : ", ") + ExprText(*value);
+      }
+      return text + "]";
+    }
+    case ExprKind::kIndex:
+      return ExprText(*expr.operands[0]) + "[" + ExprText(*expr.operands[1]) + "]";
     case ExprKind::kError:
       break;
   }
@@ -59,9 +68,15 @@ void DumpStatement(const Stmt& statement, const std::string& indent, std::string
     case StmtKind::kExpr:
       return line(value);
     case StmtKind::kAssign:
-      return line(statement.name + " " + NameOf(statement.op) + "= " + value);
+      return line(statement.name +
+                  (statement.subscript != nullptr ? "[" + ExprText(*statement.subscript) + "]"
+                                                  : std::string()) +
+                  " " + NameOf(statement.op) + "= " + value);
     case StmtKind::kVar:
-      return line("var " + statement.name + " = " + value);
+      return line(
+          "var " + statement.name +
+          (statement.length > 0 ? "[" + std::to_string(statement.length) + "]" : std::string()) +
+          " = " + value);
     case StmtKind::kReturn:
       return line("return " + value);
     case StmtKind::kIf:
@@ -91,6 +106,9 @@ void DumpStatement(const Stmt& statement, const std::string& indent, std::string
       DumpStatement(*statement.body[2], indent + "  ", out);
       line("after each round");
       return DumpStatement(*statement.body[1], indent + "  ", out);
+    case StmtKind::kForEach:
+      line("for " + statement.name + " in " + value);
+      return DumpStatement(*statement.body[0], indent + "  ", out);
     case StmtKind::kBreak:
       return line("break");
     case StmtKind::kContinue:

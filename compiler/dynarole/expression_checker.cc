@@ -1,5 +1,6 @@
 #include "compiler/dynarole/expression_checker.h"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,6 +25,7 @@ ExpressionChecker::ExpressionChecker(const keywords::KeywordTable& keywords, Pro
       scope_(*scope),
       pass_(*pass),
       conversions_(scope, pass),
+      arrays_(model, scope, &conversions_, pass),
       operators_(&conversions_, pass),
       parts_(keywords, model, scope, &conversions_, pass),
       builtins_(keywords, *model, scope, &parts_, &conversions_, pass),
@@ -62,7 +64,12 @@ Type ExpressionChecker::InferUnconverted(Expr* expr) {
     case ExprKind::kDollar:
       return names_.InferDollar(expr);
     case ExprKind::kName:
+      if (const std::optional<Array> array = arrays_.Find(expr->name)) {
+        return arrays_.AsValue(expr->span, expr->name, *array);
+      }
       return names_.InferName(expr);
+    case ExprKind::kIndex:
+      return InferElement(expr);
     case ExprKind::kUnary:
       return InferUnary(expr);
     case ExprKind::kBinary:
@@ -83,6 +90,9 @@ Type ExpressionChecker::InferUnconverted(Expr* expr) {
     case ExprKind::kText:
       return pass_.Wrong(expr->span, "a text can only be printed",
                          "for example: print(\"knee at\", x);");
+    case ExprKind::kArray:
+      return pass_.Wrong(expr->span, "an array can only be what a variable or field begins with",
+                         "for example: var a = [0.0, 0.0];");
     case ExprKind::kSelf:
       return pass_.Wrong(expr->span, "'self' cannot stand alone",
                          "ask it something, for example self.connected");
@@ -90,6 +100,16 @@ Type ExpressionChecker::InferUnconverted(Expr* expr) {
       break;
   }
   return Type::kError;
+}
+
+Type ExpressionChecker::InferElement(Expr* element) {
+  Infer(element->operands[1].get());
+  const Type type = arrays_.InferElement(element);
+  if (element->meaning != Meaning::kNone) return type;
+  // The name means something else, or nothing, which is said as of any name.
+  Expr* named = element->operands[0].get();
+  const Type other = Infer(named);
+  return other == Type::kUnknown ? Type::kError : arrays_.NoArray(named->span, named->name, other);
 }
 
 Type ExpressionChecker::InferUnary(Expr* expr) {
@@ -136,6 +156,9 @@ Type ExpressionChecker::InferCall(Expr* call) {
       FindSlot(scope_.role().methods, "print") < 0) {
     return InferPrint(call);
   }
+  if (callee->kind == ExprKind::kName && callee->name == "sizeof" && arrays_.InferSize(call)) {
+    return Type::kInt;
+  }
   // Texts among the arguments of print have no type; those of all other calls are values.
   for (size_t i = 1; i < call->operands.size(); ++i) Infer(call->operands[i].get());
   return callee->kind == ExprKind::kMember ? InferMember(callee, call) : InferFunction(call);
@@ -148,6 +171,7 @@ Type ExpressionChecker::InferFunction(Expr* call) {
   const RoleModel& owner = scope_.role();
   const int slot = FindSlot(owner.methods, callee->name);
   if (slot >= 0) return calls_.InferMethod(call, callee->name, callee->span, slot);
+  if (CallChecker::IsOverNeighbours(*call)) return calls_.InferOverNeighbours(call);
   if (!UsagesOf(FunctionBuiltins(), callee->name).empty()) {
     return builtins_.Infer(FunctionBuiltins(), "", callee, call);
   }
@@ -172,7 +196,10 @@ Type ExpressionChecker::UnknownFunction(const Expr& callee) {
   }
   // Then a slip in a name of the language or of the role.
   std::vector<std::string> names = {"sizeof", "print", "int", "float"};
-  for (const std::string& name : NamesOf(FunctionBuiltins())) names.push_back(name);
+  for (const std::string& name : NamesOf(NeighbourBuiltins())) names.push_back(name);
+  for (const std::string& name : NamesOf(FunctionBuiltins())) {
+    if (std::ranges::count(names, name) == 0) names.push_back(name);
+  }
   for (const NamedSlot& method : scope_.role().methods) names.push_back(method.name);
   pass_.Suggest(&error, callee.name, names);
   if (error.hint.empty()) {

@@ -1,6 +1,7 @@
 #pragma once
 // Expressions: each is given its type and meaning, after those below it in the tree.
 
+#include "compiler/dynarole/array_checker.h"
 #include "compiler/dynarole/builtin_checker.h"
 #include "compiler/dynarole/call_checker.h"
 #include "compiler/dynarole/constant_checker.h"
@@ -28,12 +29,18 @@ class ExpressionChecker {
   void InferAs(Expr* expr, Type wanted, const std::string& what);
   /// What statements want of their values.
   [[nodiscard]] Conversions& conversions() { return conversions_; }
+  /// Which role the modules of a set play.
+  [[nodiscard]] const CallChecker& calls() const { return calls_; }
+  /// Arrays, which statements declare and assign to.
+  [[nodiscard]] ArrayChecker& arrays() { return arrays_; }
   /// The program's constants, which rest on expressions as these do on them.
   [[nodiscard]] ConstantChecker& constants() { return constants_; }
 
  private:
   Type InferUnconverted(Expr* expr);
   Type InferUnary(Expr* expr);
+  /// `NAME[number]`
+  Type InferElement(Expr* element);
   // `call` is null where a member stands without parentheses.
   /// What stands behind a dot, by what stands before it.
   Type InferMember(Expr* member, Expr* call);
@@ -58,6 +65,7 @@ class ExpressionChecker {
   Scope& scope_;
   CheckPass& pass_;
   Conversions conversions_;
+  ArrayChecker arrays_;
   OperatorChecker operators_;
   PartChecker parts_;
   BuiltinChecker builtins_;

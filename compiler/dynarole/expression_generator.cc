@@ -111,6 +111,15 @@ void ExpressionGenerator::EmitUnconverted(const Expr& expr) {
         EmitBuiltin(expr, expr.operands[0].get(), nullptr);
       }
       break;
+    case ExprKind::kIndex:
+      if (expr.meaning == Meaning::kLocal || expr.meaning == Meaning::kField) {
+        EmitLoad(expr);
+        break;
+      }
+      EmitExpr(*expr.operands[1]);
+      MarkLine(expr.span);
+      EmitElement(expr.meaning, expr.index, expr.length, ValueTypeOf(expr.type));
+      break;
     case ExprKind::kCall:
       EmitCall(expr);
       break;
@@ -128,12 +137,19 @@ void ExpressionGenerator::EmitLoad(const Expr& expr) {
     Emit(Opcode::kPushConst, {constant & 0xffff}, {.type = type});
     return;
   }
-  // The rows follow the order of Meaning.
-  const int row = static_cast<int>(expr.meaning) - static_cast<int>(Meaning::kLocal);
-  constexpr Opcode kLoads[] = {Opcode::kLoadLocal, Opcode::kLoadField, Opcode::kLoadLabel,
-                               Opcode::kKeyword};
-  MORPHBUS_CHECK(row >= 0 && row < std::ssize(kLoads));
-  Emit(kLoads[row], {expr.index}, {.type = ValueTypeOf(expr.type)});
+  const bool known = expr.meaning == Meaning::kLocal || expr.meaning == Meaning::kField ||
+                     expr.meaning == Meaning::kLabel || expr.meaning == Meaning::kKeyword;
+  MORPHBUS_CHECK(known);
+  Emit(expr.meaning == Meaning::kLocal   ? Opcode::kLoadLocal
+       : expr.meaning == Meaning::kField ? Opcode::kLoadField
+       : expr.meaning == Meaning::kLabel ? Opcode::kLoadLabel
+                                         : Opcode::kKeyword,
+       {expr.index}, {.type = ValueTypeOf(expr.type)});
+}
+
+void ExpressionGenerator::EmitElement(Meaning meaning, int first, int length, ValueType type) {
+  Emit(meaning == Meaning::kLocalElement ? Opcode::kLoadLocalElement : Opcode::kLoadFieldElement,
+       {first | length << 8}, {.type = type});
 }
 
 void ExpressionGenerator::EmitArithmetic(Operator op, bool is_float) {
@@ -291,6 +307,8 @@ void ExpressionGenerator::EmitCall(const Expr& call) {
       EmitArguments(call);
       Emit(Opcode::kInvokeNear, {call.role, call.index}, named);
       return;
+    case Meaning::kOverNeighbours:
+      return EmitOverNeighbours(call);
     case Meaning::kSuper:
       EmitArguments(call);
       Emit(Opcode::kCallSuper, {call.index}, named);
@@ -303,6 +321,75 @@ void ExpressionGenerator::EmitCall(const Expr& call) {
           call, call.operands[0]->operands.empty() ? nullptr : call.operands[0]->operands[0].get(),
           &call);
   }
+}
+
+void ExpressionGenerator::EmitLeft(int rest, int role) {
+  Emit(Opcode::kLoadLocal, {rest}, {.type = ValueType::kSet});
+  if (role >= 0) Emit(Opcode::kTelling, {role});
+}
+
+void ExpressionGenerator::EmitFirstOf(int rest, int role) {
+  EmitLeft(rest, role);
+  Emit(Opcode::kTakeFirst);
+  Emit(Opcode::kStoreLocal, {rest});
+}
+
+void ExpressionGenerator::EmitJumpIfEmpty(Target* target) {
+  Emit(Opcode::kCountModules);
+  Emit(Opcode::kPushInt8, {0});
+  Emit(Opcode::kEqual);
+  Jump(Opcode::kJumpIfTrue, target);
+}
+
+void ExpressionGenerator::EmitOverNeighbours(const Expr& call) {
+  const Expr& asked = *call.operands[1];
+  const std::string& name = call.operands[0]->name;
+  if (asked.meaning != Meaning::kNeighbourField) {
+    EmitExpr(asked);
+    Emit(Opcode::kTelling, {call.role});
+    Emit(Opcode::kCountModules);
+    return;
+  }
+  EmitExpr(*asked.operands[0]);
+  Emit(Opcode::kStoreLocal, {call.index});
+  const auto field_of_next = [&] {
+    EmitFirstOf(call.index, call.role);
+    MarkLine(asked.span);
+    Emit(Opcode::kNeighbourField, {asked.role, asked.index}, {.type = ValueTypeOf(asked.type)});
+  };
+  // What is known before the first neighbour lies on the stack: nothing of any and all, which end
+  // with the first neighbour that decides; of min and max the first one's value.
+  const bool any = name == "any", all = name == "all", count = name == "count";
+  const bool is_float = asked.type == Type::kFloat;
+  if (count || name == "sum") EmitConstant(call.type, vm::Cell{});
+  if (name == "min" || name == "max") field_of_next();
+  Target next, end, decided;
+  Place(&next, true);
+  EmitLeft(call.index, call.role);
+  EmitJumpIfEmpty(&end);
+  field_of_next();
+  if (any || all) {
+    Jump(any ? Opcode::kJumpIfFalse : Opcode::kJumpIfTrue, &next);
+    EmitConstant(Type::kBool, vm::Cell::Bool(any));
+    Jump(Opcode::kJump, &decided);
+    Place(&end);
+    EmitConstant(Type::kBool, vm::Cell::Bool(all));
+    Place(&decided);
+    return;
+  }
+  if (count) {
+    Jump(Opcode::kJumpIfFalse, &next);
+    EmitConstant(Type::kInt, vm::Cell::Int(1));
+  }
+  if (count || name == "sum") {
+    EmitArithmetic(Operator::kAdd, is_float);
+  } else if (name == "min") {
+    Emit(is_float ? Opcode::kMin : Opcode::kMinInt);
+  } else {
+    Emit(is_float ? Opcode::kMax : Opcode::kMaxInt);
+  }
+  Jump(Opcode::kJump, &next);
+  Place(&end);
 }
 
 void ExpressionGenerator::EmitClamp(const Expr& call) {

@@ -170,12 +170,53 @@ ExprPtr ExpressionParser::ParsePostfix() {
       ParseArguments(call.get());
       call->span.end = in_.Previous().span.end;
       expr = std::move(call);
+    } else if (in_.Is(TokenKind::kLeftBracket) && expr->kind == ExprKind::kName) {
+      // Only what has a name of its own can be an array.
+      const Span opening = in_.Take().span;
+      ExprPtr element = Node(ExprKind::kIndex, expr->span);
+      element->name_span = expr->span;
+      Adopt(element.get(), std::move(expr));
+      Adopt(element.get(), Parse());
+      if (!in_.failed()) in_.ExpectClosing(TokenKind::kRightBracket, opening);
+      element->span.end = in_.Previous().span.end;
+      expr = std::move(element);
     } else {
       return expr;
     }
     // Behind an error the tokens that follow belong to nothing that is known.
     if (in_.failed()) return expr;
   }
+}
+
+ExprPtr ExpressionParser::ParseArray() {
+  const Span opening = in_.Take().span;
+  ExprPtr array = Node(ExprKind::kArray, opening);
+  if (in_.Is(TokenKind::kRightBracket)) {
+    in_.Unexpected("the first value of an array", "one of many like values is NAME[8] = 0;");
+    array->kind = ExprKind::kError;
+    return array;
+  }
+  do {
+    Adopt(array.get(), Parse());
+  } while (!in_.failed() && in_.TakeIf(TokenKind::kComma));
+  if (!in_.failed()) in_.ExpectClosing(TokenKind::kRightBracket, opening);
+  array->span = in_.SpanFrom(array->span);
+  return array;
+}
+
+int ExpressionParser::ParseLength() {
+  const Span opening = in_.Take().span;
+  if (!in_.Is(TokenKind::kInt)) {
+    in_.Unexpected("the number of elements", "it is an int that stands there: [8]");
+    return 0;
+  }
+  const ExprPtr length = ParseInt();
+  if (length->integer < 1 || length->integer > kMaxElements) {
+    in_.ErrorAt(length->span, "an array has 1 to " + std::to_string(kMaxElements) + " elements");
+    return 0;
+  }
+  in_.ExpectClosing(TokenKind::kRightBracket, opening);
+  return static_cast<int>(length->integer);
 }
 
 void ExpressionParser::NoMember() {
@@ -242,6 +283,8 @@ ExprPtr ExpressionParser::ParsePrimary() {
       if (!in_.failed()) in_.ExpectClosing(TokenKind::kRightParen, token.span);
       return expr;
     }
+    case TokenKind::kLeftBracket:
+      return ParseArray();
     // What stands here begins no expression; it is left for the caller to skip.
     default:
       break;

@@ -16,6 +16,9 @@ class ExpressionParser {
 
   /// Operators of this level and above, where 1 is `||`, which binds least.
   ExprPtr Parse(int level = 1);
+  /// `[LENGTH]`, how many elements an array has, behind its name; 0, with an error, if it cannot be
+  /// read.
+  int ParseLength();
   /// A number without a point, which stands here, and nothing that follows it.
   ExprPtr ParseInt();
 
@@ -31,6 +34,8 @@ class ExpressionParser {
   void NoMember();
   /// The arguments of a call, up to its closing parenthesis, as further operands.
   bool ParseArguments(Expr* call);
+  /// `[x, y]`, the values of an array.
+  ExprPtr ParseArray();
   /// Makes a node of that kind without operands.
   static ExprPtr Node(ExprKind kind, const source::Span& span);
   /// Makes `child` the last operand of `parent` and keeps count of the depth.

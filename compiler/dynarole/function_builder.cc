@@ -172,6 +172,7 @@ void FunctionBuilder::Jump(vm::Opcode op, Target* target) {
   // Backward jumps know their offset; forward ones are filled in by Place.
   if (!target->placed) {
     target->stack = stack_;
+    target->set_locals &= set_locals;
     target->fixups.push_back(code_.bytes.size());
   }
   EmitNumber(target->placed ? target->offset : 0, vm::BytesOf(vm::OperandPart::kTarget));
@@ -188,6 +189,7 @@ void FunctionBuilder::Place(Target* target, bool is_loop) {
   if (target->fixups.empty() && !is_loop) return;
   // Behind a jump or return, the state is that of the ways that lead here.
   if (!reachable) stack_ = target->stack;
+  set_locals &= target->set_locals;
   reachable = true;
   for (const size_t fixup : target->fixups) {
     code_.bytes[fixup] = static_cast<uint8_t>(target->offset & 255);

@@ -21,6 +21,8 @@ struct Target {
   std::vector<size_t> fixups;
   /// The stack on the first way to the target; every other way must bring the same.
   std::vector<vm::ValueType> stack;
+  /// The locals that have a value on every way to the target so far.
+  uint16_t set_locals = 0xffff;
 };
 
 /// What the letters of an instruction's signature leave open (vm/image/opcodes.def), and what its

@@ -71,11 +71,11 @@ class Writer {
 
   // A constant is its type and its 32 bits.
   void WriteConstants() {
-    for (const auto& [type, bits, parameter] : constants_.all()) {
+    for (const auto& [type, bits, parameter, kept] : constants_.all()) {
       section(Section::kConstants)
           .U8(static_cast<int>(type) | (parameter >= 0 ? vm::image::kParameterBit : 0));
       if (type == vm::ValueType::kText) {
-        const std::string& text = code_.texts.all()[bits];
+        const std::string& text = kept >= 0 ? model_.fields[kept].name : code_.texts.all()[bits];
         section(Section::kConstants).U16(strings_.OffsetOf(text));
         section(Section::kConstants).U16(text.size());
       } else {
@@ -136,10 +136,12 @@ class Writer {
     // Each table in the order of its slots, which the code refers to.
     for (const FieldSlot& slot : role.fields) {
       const FieldDecl& decl = model_.fields[slot.decl];
-      out.U16(constants_.NumberOf(slot.parameter >= 0
-                                      ? EntryOf(model_, slot.parameter)
-                                      : ConstantEntry{ValueTypeOf(decl.type), slot.cell.bits}) |
-              (decl.shared ? vm::image::kSharedFieldBit : 0));
+      const int first = FirstValueOf(slot);
+      too_large_ = too_large_ || first > vm::image::kFieldConstantMask;
+      out.U16((first & vm::image::kFieldConstantMask) |
+              (decl.shared ? vm::image::kSharedFieldBit : 0) |
+              (decl.kept ? vm::image::kKeptFieldBit : 0) |
+              (slot.traced ? vm::image::kTracedFieldBit : 0));
       field_names_.push_back(decl.name);
     }
     for (const NamedSlot& label : role.labels) out.U16(label.routine);
@@ -157,6 +159,20 @@ class Writer {
       out.U16(handler.routine);
     }
     for (const NamedSlot& method : role.methods) out.U16(method.routine);
+  }
+
+  // The constant that a field begins with. Behind that of a kept one stands its name, by which
+  // another role or program knows it.
+  int FirstValueOf(const FieldSlot& slot) {
+    if (slot.parameter >= 0) return constants_.NumberOf(EntryOf(model_, slot.parameter));
+    const FieldDecl& decl = model_.fields[slot.decl];
+    ConstantEntry entry{ValueTypeOf(decl.type), slot.cell.bits};
+    if (!decl.kept) return constants_.NumberOf(entry);
+    entry.kept = slot.decl;
+    const int first = constants_.NumberOf(entry);
+    // A subrole may begin with another value, whose name is another entry.
+    constants_.NumberOf({vm::ValueType::kText, slot.cell.bits, -1, slot.decl});
+    return first;
   }
 
   // What people want to know of the program and modules need not.

@@ -92,6 +92,7 @@ class Linter {
 
   void VisitDivisions(const Stmt& statement) {
     if (statement.expr != nullptr) VisitDivisions(*statement.expr, false);
+    if (statement.subscript != nullptr) VisitDivisions(*statement.subscript, false);
     for (const StmtPtr& inner : statement.body) VisitDivisions(*inner);
   }
 
@@ -312,6 +313,7 @@ class Linter {
 
   void VisitKeywords(const Stmt& statement, uint64_t* types) {
     if (statement.expr != nullptr) VisitKeywords(*statement.expr, types);
+    if (statement.subscript != nullptr) VisitKeywords(*statement.subscript, types);
     for (const StmtPtr& inner : statement.body) VisitKeywords(*inner, types);
   }
 

@@ -159,17 +159,27 @@ class Indexer {
         if (slot < 0) continue;
         const int decl = role.fields[slot].decl;
         int& thing = fields_[decl];
+        // The elements of an array are one thing.
+        if (member.element > 0) {
+          thing = fields_[role.fields[slot - member.element].decl];
+          continue;
+        }
         // A field that a subrole sets anew is the same field.
         if (thing >= 0) {
           table_.Use(member.name_span, thing, true);
           continue;
         }
-        thing = table_.Declare(NameKind::kField, member.name, member.name_span, roles_[r]);
+        thing =
+            table_.Declare(NameKind::kField, member.declared_name(), member.name_span, roles_[r]);
         source::NamedThing& entry = table_.things[thing];
         entry.extent = member.span;
-        entry.summary = std::string(member.shared ? "shared " : "") + "field " +
-                        Typed(member.name, model_.fields[decl].type);
-        if (member.expr) entry.summary += " = " + TextOf(*member.expr);
+        entry.summary = std::string(member.shared ? "shared " : "") + (member.kept ? "kept " : "") +
+                        "field " + Typed(member.declared_name(), model_.fields[decl].type);
+        if (member.length > 0) {
+          entry.summary += "[" + std::to_string(member.length) + "]";
+        } else if (member.expr) {
+          entry.summary += " = " + TextOf(*member.expr);
+        }
       } else if (member.kind == MemberKind::kLabel) {
         const auto key = std::pair(OwnerOfLabel(r, member.name), member.name);
         const auto found = labels_.find(key);
@@ -244,14 +254,26 @@ class Indexer {
     const bool local = statement.meaning == Meaning::kLocal && routine_ != nullptr &&
                        statement.kind != StmtKind::kSwitch && statement.index >= 0 &&
                        statement.index < std::ssize(locals_);
-    if (statement.kind == StmtKind::kVar && local) {
+    const bool element = statement.meaning == Meaning::kLocalElement && routine_ != nullptr;
+    if (element) {
+      table_.Use(statement.name_span, locals_[statement.index]);
+    } else if (statement.kind == StmtKind::kForEach && local) {
       DeclareLocal(statement.index, statement.name, statement.name_span);
+    } else if (statement.kind == StmtKind::kVar && local) {
+      DeclareLocal(statement.index, statement.name, statement.name_span);
+      for (int i = 1; i < statement.length; ++i) {
+        if (statement.index + i < std::ssize(locals_)) {
+          locals_[statement.index + i] = locals_[statement.index];
+        }
+      }
       Infer(statement.name_span, routine_->locals[statement.index]);
     } else if (local) {
       table_.Use(statement.name_span, locals_[statement.index]);
-    } else if (statement.meaning == Meaning::kField) {
+    } else if (statement.meaning == Meaning::kField ||
+               statement.meaning == Meaning::kFieldElement) {
       table_.Use(statement.name_span, FieldThing(role_, statement.index));
     }
+    Use(statement.subscript.get());
     Use(statement.expr.get());
     for (const SwitchCase& one : statement.cases) {
       for (const ExprPtr& value : one.values) Use(value.get());
@@ -285,6 +307,9 @@ class Indexer {
     const Expr& named = call ? *expr.operands[0] : expr;
     const Span& span = named.kind == ExprKind::kName ? named.span : named.name_span;
     switch (expr.meaning) {
+      case Meaning::kFieldElement:
+        return table_.Use(span, FieldThing(role_, expr.index));
+      case Meaning::kLocalElement:
       case Meaning::kLocal:
         if (expr.index >= 0 && expr.index < std::ssize(locals_)) {
           table_.Use(span, locals_[expr.index]);
@@ -319,6 +344,7 @@ class Indexer {
       case Meaning::kBuiltin:
       case Meaning::kCount:
       case Meaning::kConvert:
+      case Meaning::kOverNeighbours:
         return UseBuiltin(named, span);
       case Meaning::kNone:
         // A sensor has no value by itself, and so no meaning.
@@ -365,8 +391,8 @@ class Indexer {
   }
 
   void UseBuiltin(const Expr& named, const Span& span) {
-    for (const auto* table : {&SelfBuiltins(), &FunctionBuiltins(), &JointBuiltins(),
-                              &ConnectorBuiltins(), &SensorBuiltins()}) {
+    for (const auto* table : {&SelfBuiltins(), &FunctionBuiltins(), &NeighbourBuiltins(),
+                              &JointBuiltins(), &ConnectorBuiltins(), &SensorBuiltins()}) {
       const std::string usages = UsagesOf(*table, named.name);
       if (!usages.empty()) return table_.Use(span, Word(NameKind::kBuiltin, named.name, usages));
     }

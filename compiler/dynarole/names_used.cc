@@ -35,9 +35,12 @@ class Walk {
 
   void Visit(const Stmt& statement) {
     // A variable counts as one in the whole member, also before its statement.
-    if (statement.kind == StmtKind::kVar) declared_.insert(statement.name);
+    if (statement.kind == StmtKind::kVar || statement.kind == StmtKind::kForEach) {
+      declared_.insert(statement.name);
+    }
     if (statement.kind == StmtKind::kAssign) used_.push_back(statement.name);
     if (statement.expr != nullptr) Visit(*statement.expr);
+    if (statement.subscript != nullptr) Visit(*statement.subscript);
     for (const SwitchCase& one : statement.cases) {
       for (const ExprPtr& value : one.values) Visit(*value);
     }

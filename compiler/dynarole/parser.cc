@@ -8,6 +8,7 @@
 #include "compiler/dynarole/expression_parser.h"
 #include "compiler/dynarole/statement_parser.h"
 #include "compiler/dynarole/token_reader.h"
+#include "vm/limits.h"
 
 namespace morphbus::dynarole {
 
@@ -50,6 +51,12 @@ class ProgramParser {
   void ParseMembers(Role* role);
   void ParseMember(Role* role);
   void ParseField(Member* member);
+  /// `trace NAME;`
+  void ParseTrace(Role* role);
+  /// Whether a word stands here that is one only before a name.
+  [[nodiscard]] bool AtWord(const char* word) const;
+  /// Adds a field that is an array to the role, as a member for each element.
+  void AddElements(Member* array, Role* role);
   /// What may stand between the parameters of a handler and its block.
   void ParseHandlerWords(Member* member);
   /// Parameters and block of a member; false, with an error, where either is missing.
@@ -232,13 +239,19 @@ bool ProgramParser::MendMisspelledWord(TokenKind* kind) {
   }
   // Two names in one line begin no field, so the first was meant as a word.
   const std::string text = in_.TextOf(in_.Peek());
-  const std::string near = source::NearestName(
-      text, {"label", "require", "startup", "behavior", "command", "handler", "function"});
+  const std::string near =
+      source::NearestName(text, {"label", "require", "startup", "behavior", "command", "handler",
+                                 "function", "kept", "trace"});
   const std::string unknown = "unknown kind of member '" + text + "'";
   if (near.empty()) {
     in_.ErrorAt(in_.Peek().span, unknown,
                 "a member is a field, label, require, startup, behavior, command, handler or "
                 "function");
+    return false;
+  }
+  // These two are words only before a name, and begin no member that could be read on here.
+  if (near == "kept" || near == "trace") {
+    in_.ErrorAt(in_.Peek().span, unknown, "did you mean '" + near + "'?");
     return false;
   }
   in_.AddError(in_.Peek().span, unknown).hint = "did you mean '" + near + "'?";
@@ -249,18 +262,23 @@ bool ProgramParser::MendMisspelledWord(TokenKind* kind) {
 }
 
 void ProgramParser::ParseMember(Role* role) {
+  if (AtWord("trace")) return ParseTrace(role);
   // A member begins with its word, a field with its name.
   Member member;
   member.span = in_.Peek().span;
   TokenKind kind = in_.Peek().kind;
-  if (MendMisspelledWord(&kind)) in_.Take();
+  if (!AtWord("kept") && MendMisspelledWord(&kind)) in_.Take();
   if (in_.failed()) return;
   // A word, or the one that was meant, decides the kind; without one it is a field.
   if (const std::optional<MemberKind> word = MemberOf(kind)) {
     if (kind == in_.Peek().kind) in_.Take();
     member.kind = *word;
-  } else if (in_.TakeIf(TokenKind::kShared)) {
-    member.shared = true;
+  } else if (in_.Is(TokenKind::kShared) || AtWord("kept")) {
+    // In any order.
+    while (in_.Is(TokenKind::kShared) || AtWord("kept")) {
+      (in_.Is(TokenKind::kShared) ? member.shared : member.kept) = true;
+      in_.Take();
+    }
   } else if (!in_.Is(TokenKind::kName)) {
     in_.Unexpected("a member of '" + role->name + "' or '}'");
     // Never stand still.
@@ -282,6 +300,10 @@ void ProgramParser::ParseMember(Role* role) {
     member.name = in_.TextOf(in_.Take());
     if (member.kind == MemberKind::kField || member.kind == MemberKind::kLabel) {
       ParseField(&member);
+      const bool array =
+          member.length > 0 || (member.expr != nullptr && member.expr->kind == ExprKind::kArray);
+      member.span = in_.SpanFrom(member.span);
+      if (array && member.kind == MemberKind::kField) return AddElements(&member, role);
     } else if (!ParseRoutine(&member)) {
       return;
     }
@@ -304,8 +326,79 @@ void ProgramParser::ParseField(Member* member) {
                        member->name + "'");
     return;
   }
+  if (member->kind == MemberKind::kField && in_.Is(TokenKind::kLeftBracket)) {
+    member->length = expressions_.ParseLength();
+    if (in_.failed()) return;
+  }
   if (in_.TakeIf(TokenKind::kAssign)) member->expr = expressions_.Parse();
   in_.ExpectSemicolon("the " + NameOf(member->kind) + " '" + member->name + "'");
+}
+
+bool ProgramParser::AtWord(const char* word) const {
+  const bool named = in_.Peek(1).kind == TokenKind::kName || in_.Peek(1).kind == TokenKind::kShared;
+  return in_.Is(TokenKind::kName) && in_.TextOf(in_.Peek()) == word && named;
+}
+
+void ProgramParser::ParseTrace(Role* role) {
+  in_.Take();
+  if (!in_.Is(TokenKind::kName)) {
+    in_.Unexpected("the name of a field");
+    return;
+  }
+  Trace trace;
+  trace.span = in_.Peek().span;
+  trace.name = in_.TextOf(in_.Take());
+  // An element of an array is a field of its own.
+  if (in_.TakeIf(TokenKind::kLeftBracket)) {
+    if (!in_.Is(TokenKind::kInt)) {
+      in_.Unexpected("the number of an element");
+      return;
+    }
+    trace.name += "[" + in_.TextOf(in_.Take()) + "]";
+    if (!in_.Expect(TokenKind::kRightBracket, "behind the number of the element")) return;
+    trace.span = in_.SpanFrom(trace.span);
+  }
+  role->traces.push_back(std::move(trace));
+  in_.ExpectSemicolon("the name of the field");
+}
+
+void ProgramParser::AddElements(Member* array, Role* role) {
+  if (in_.failed()) return;
+  const bool listed = array->expr != nullptr && array->expr->kind == ExprKind::kArray;
+  const size_t values = listed ? array->expr->operands.size() : 0;
+  if (listed && array->length > 0 && values != static_cast<size_t>(array->length)) {
+    in_.ErrorAt(array->expr->span,
+                "'" + array->name + "' has " + std::to_string(array->length) +
+                    " elements, but these are " + std::to_string(values),
+                "without a number behind its name it has as many as there are values");
+    return;
+  }
+  if (values > kMaxElements) {
+    in_.ErrorAt(array->expr->span,
+                "an array has 1 to " + std::to_string(kMaxElements) + " elements");
+    return;
+  }
+  if (array->shared) {
+    in_.ErrorAt(array->name_span, "an array cannot be shared",
+                "share single fields, at most " + std::to_string(vm::kMaxSharedFields));
+    return;
+  }
+  const int length = listed ? static_cast<int>(values) : array->length;
+  for (int i = 0; i < length; ++i) {
+    Member element;
+    element.span = array->span;
+    element.name_span = array->name_span;
+    element.array = array->name;
+    element.name = array->name + "[" + std::to_string(i) + "]";
+    element.element = i;
+    element.kept = array->kept;
+    element.length = length;
+    // What one value is for all is so for each.
+    if (array->expr != nullptr) {
+      element.expr = CopyOf(listed ? *array->expr->operands[static_cast<size_t>(i)] : *array->expr);
+    }
+    role->members.push_back(std::move(element));
+  }
 }
 
 // `NAME(parameters) { statements }` behind the word of its kind.

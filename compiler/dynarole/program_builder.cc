@@ -137,11 +137,14 @@ class Builder {
     std::map<std::string, const Member*> own;
     for (Member& member : role.role->members) {
       if (member.kind != MemberKind::kRequire) {
-        const auto [it, is_new] = own.emplace(member.name, &member);
-        if (!is_new) {
+        // The elements of an array are declared at once.
+        const auto [it, is_new] = own.emplace(member.declared_name(), &member);
+        const bool with_first = member.element > 0 && it->second->length == member.length;
+        if (!is_new && !with_first) {
+          if (member.element > 0) continue;
           diagnostics_
               .Error(member.name_span,
-                     "'" + member.name + "' is declared twice in '" + role.name + "'")
+                     "'" + member.declared_name() + "' is declared twice in '" + role.name + "'")
               .Note(it->second->name_span, "first declared here");
           continue;
         }
@@ -149,6 +152,7 @@ class Builder {
       AddMember(index, &member);
     }
     AddImpliedFields(index);
+    AddTraces(index);
     // What is inherited counts too, so the capacities are checked last.
     CheckCapacities(&role);
   }
@@ -183,7 +187,10 @@ class Builder {
     // A field may have the name above; a member of the same role is found when it is added.
     for (int r = role < 0 ? -1 : model_.roles[role].parent; r >= 0; r = model_.roles[r].parent) {
       for (const Member& inherited : model_.roles[r].role->members) {
-        if (inherited.name != constant->name || inherited.kind == MemberKind::kRequire) continue;
+        if (inherited.declared_name() != constant->name || inherited.element > 0 ||
+            inherited.kind == MemberKind::kRequire) {
+          continue;
+        }
         diagnostics_
             .Error(constant->name_span, kind + " '" + constant->name +
                                             "' has the name of an inherited " +
@@ -206,11 +213,13 @@ class Builder {
   // A constant of the role or above it has the member's name.
   bool IsConstant(int role, const Member& member) {
     // One outside all roles is hidden by the member, which is allowed.
-    const int constant = model_.FindConstant(role, member.name);
+    const int constant = model_.FindConstant(role, member.declared_name());
     if (constant < 0 || model_.constants[constant].role < 0) return false;
+    // Of an array it is said once.
+    if (member.element > 0) return true;
     diagnostics_
-        .Error(member.name_span, NameOf(member.kind) + " '" + member.name + "' has the name of a " +
-                                     model_.constants[constant].Kind())
+        .Error(member.name_span, NameOf(member.kind) + " '" + member.declared_name() +
+                                     "' has the name of a " + model_.constants[constant].Kind())
         .Note(model_.constants[constant].span, "declared here")
         .hint =
         model_.constants[constant].Kind() + "s cannot be replaced; give one of them another name";
@@ -265,12 +274,13 @@ class Builder {
     for (int r = role.parent; r >= 0; r = model_.roles[r].parent) {
       const RoleModel& base = model_.roles[r];
       for (const Member& inherited : base.role->members) {
-        if (inherited.name != member.name || inherited.kind == MemberKind::kRequire ||
-            inherited.kind == member.kind) {
+        if (inherited.declared_name() != member.declared_name() ||
+            inherited.kind == MemberKind::kRequire || inherited.kind == member.kind) {
           continue;
         }
+        if (member.element > 0) return false;
         Diagnostic& error = diagnostics_.Error(
-            member.name_span, NameOf(member.kind) + " '" + member.name +
+            member.name_span, NameOf(member.kind) + " '" + member.declared_name() +
                                   "' has the name of an inherited " + NameOf(inherited.kind));
         // The user needs the place of the other one, which may be far above.
         error.notes.push_back({inherited.name_span, "declared in '" + base.name + "'"});
@@ -328,11 +338,18 @@ class Builder {
   }
 
   void AddField(RoleModel* role, const Member& member) {
+    if (!FitsInheritedLength(*role, member)) return;
     // A field keeps its slot and its type in all subroles; only the value is replaced.
     const int inherited = model_.FindField(*role, member.name);
     if (inherited >= 0 && member.shared && !model_.fields[role->fields[inherited].decl].shared) {
       diagnostics_.Error(member.name_span, "inherited field '" + member.name + "' is not shared")
           .Note(model_.fields[role->fields[inherited].decl].span, "write 'shared' here");
+      return;
+    }
+    if (inherited >= 0 && member.kept && !model_.fields[role->fields[inherited].decl].kept) {
+      diagnostics_
+          .Error(member.name_span, "inherited field '" + member.declared_name() + "' is not kept")
+          .Note(model_.fields[role->fields[inherited].decl].span, "write 'kept' here");
       return;
     }
     if (inherited >= 0 && member.expr != nullptr) {
@@ -342,15 +359,42 @@ class Builder {
     if (inherited >= 0) {
       // Where it is implied this is its declaration.
       if (model_.fields[role->fields[inherited].decl].implied) return;
-      diagnostics_.Warning(member.name_span, "field '" + member.name + "' is inherited already")
+      if (member.element > 0) return;
+      diagnostics_
+          .Warning(member.name_span, "field '" + member.declared_name() + "' is inherited already")
           .Note(model_.fields[role->fields[inherited].decl].span, "from here");
       return;
     }
     // It is new: declared here for this role and all that extend it.
     role->fields.push_back({.decl = static_cast<int>(model_.fields.size()),
                             .value = member.expr != nullptr ? &member : nullptr});
-    model_.fields.push_back(
-        {.name = member.name, .span = member.name_span, .shared = member.shared});
+    model_.fields.push_back({.name = member.name,
+                             .span = member.name_span,
+                             .shared = member.shared,
+                             .kept = member.kept,
+                             .array = member.array,
+                             .length = member.length});
+  }
+
+  // A field is one value or as many as before in all roles that have it.
+  bool FitsInheritedLength(const RoleModel& role, const Member& member) {
+    for (const FieldSlot& slot : role.fields) {
+      const FieldDecl& decl = model_.fields[slot.decl];
+      const std::string& name = decl.array.empty() ? decl.name : decl.array;
+      if (name != member.declared_name() || decl.length == member.length) continue;
+      if (member.element > 0) return false;
+      const auto said = [](int length) {
+        return length == 0 ? std::string("one value") : "an array of " + std::to_string(length);
+      };
+      diagnostics_
+          .Error(member.name_span, "field '" + name + "' is " + said(member.length) +
+                                       " here, but " + said(decl.length) +
+                                       " where it is inherited "
+                                       "from")
+          .Note(decl.span, "declared here");
+      return false;
+    }
+    return true;
   }
 
   // Code of a base role may use a field that only its subroles declare ("in the subclasses", Fig.
@@ -368,6 +412,27 @@ class Builder {
       if (declaration == nullptr) continue;
       role.fields.push_back({.decl = static_cast<int>(model_.fields.size())});
       model_.fields.push_back({.name = name, .span = declaration->name_span, .implied = true});
+    }
+  }
+
+  // Fields that are traced are so in all roles that extend this one.
+  void AddTraces(int index) {
+    RoleModel& role = model_.roles[index];
+    for (const Trace& trace : role.role->traces) {
+      const int slot = model_.FindField(role, trace.name);
+      if (slot >= 0) {
+        role.fields[slot].traced = true;
+        model_.fields[role.fields[slot].decl].read = true;
+        continue;
+      }
+      if (role.broken) continue;
+      Diagnostic& error = diagnostics_.Error(
+          trace.span, "role '" + role.name + "' has no field '" + trace.name + "'");
+      std::vector<std::string> names;
+      for (const FieldSlot& field : role.fields) names.push_back(model_.fields[field.decl].name);
+      error.hint = model_.FindArray(role, trace.name) >= 0
+                       ? "it is an array; trace its elements: trace " + trace.name + "[0];"
+                       : NearestHint(trace.name, names, "what is traced is a field of the role");
     }
   }
 
@@ -460,6 +525,9 @@ class Builder {
     const auto shared = std::ranges::count_if(
         role->fields, [this](const FieldSlot& slot) { return model_.fields[slot.decl].shared; });
     check(static_cast<size_t>(shared), vm::kMaxSharedFields, "shared field");
+    const auto traced =
+        std::ranges::count_if(role->fields, [](const FieldSlot& slot) { return slot.traced; });
+    check(static_cast<size_t>(traced), vm::kMaxTracedFields, "traced field");
     check(role->requirements.size(), vm::kMaxRequirements, "requirement");
     for (const MemberKind kind :
          {MemberKind::kLabel, MemberKind::kStartup, MemberKind::kBehavior, MemberKind::kCommand,

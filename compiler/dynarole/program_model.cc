@@ -63,6 +63,12 @@ int ProgramModel::FindField(const RoleModel& role, const std::string& name) cons
                  [&](const FieldSlot& slot) { return fields[slot.decl].name == name; });
 }
 
+int ProgramModel::FindArray(const RoleModel& role, const std::string& name) const {
+  return IndexOf(role.fields, [&](const FieldSlot& slot) {
+    return !name.empty() && fields[slot.decl].array == name;
+  });
+}
+
 std::set<int> ProgramModel::CalleesOf(const Routine& routine) const {
   std::set<int> slots, callees;
   // A call names a slot, and each subrole may have a function of its own there.
@@ -117,6 +123,20 @@ bool CoversAll(const Stmt& statement) {
   }
   // No value has two cases.
   return statement.type == Type::kBool && values == 2;
+}
+
+ExprPtr CopyOf(const Expr& expr) {
+  auto copy = std::make_unique<Expr>();
+  copy->kind = expr.kind;
+  copy->op = expr.op;
+  copy->depth = expr.depth;
+  copy->span = expr.span;
+  copy->name_span = expr.name_span;
+  copy->name = expr.name;
+  copy->integer = expr.integer;
+  copy->number = expr.number;
+  for (const ExprPtr& operand : expr.operands) copy->operands.push_back(CopyOf(*operand));
+  return copy;
 }
 
 bool IsWholeNumber(const Expr& expr) {

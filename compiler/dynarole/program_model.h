@@ -33,6 +33,11 @@ struct FieldDecl {
   bool implied = false;
   /// Neighbours may read it.
   bool shared = false;
+  /// Its value outlives a change of role or of program.
+  bool kept = false;
+  /// Of an element of an array: the array's name, and how many elements it has.
+  std::string array = {};
+  int length = 0;
 };
 
 /// A field as one role has it.
@@ -45,6 +50,8 @@ struct FieldSlot {
   vm::Cell cell = {};
   /// The parameter whose value it is, by its index in ProgramModel::constants; -1 for none.
   int parameter = -1;
+  /// Its value is told in every tick.
+  bool traced = false;
 };
 
 /// A constant of the program or of a role, and of all roles that extend it.
@@ -174,6 +181,8 @@ struct ProgramModel {
   [[nodiscard]] int FindEnumeration(const std::string& name) const;
   /// Slot of the role's field of that name, -1 if it has none.
   [[nodiscard]] int FindField(const RoleModel& role, const std::string& name) const;
+  /// Slot of the first element of the role's array of that name, -1 if it has none.
+  [[nodiscard]] int FindArray(const RoleModel& role, const std::string& name) const;
   /// The field of that name which every concrete role that extends `base` has, as its first
   /// declarer declares it; null if one has none, which then is *without, or if there is no such
   /// role.

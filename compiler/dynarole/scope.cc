@@ -50,6 +50,15 @@ void Scope::Uses(vm::Opcode opcode, const Span& span, const std::string& name) {
 }
 
 int Scope::AddLocal(const std::string& name, const Span& span, Type type, bool parameter) {
+  return Declare(name, span, type, parameter, 0);
+}
+
+int Scope::AddArray(const std::string& name, const Span& span, Type type, int length) {
+  return Declare(name, span, type, false, length);
+}
+
+int Scope::Declare(const std::string& name, const Span& span, Type type, bool parameter,
+                   int length) {
   // A name is declared once in a scope and all scopes around it.
   if (const Local* before = FindLocal(name)) {
     pass_.Error(span, "'" + name + "' is declared twice").Note(before->span, "first declared here");
@@ -63,13 +72,18 @@ int Scope::AddLocal(const std::string& name, const Span& span, Type type, bool p
   local.span = span;
   local.parameter = parameter;
   local.used = FindLocal(name) != nullptr;  // One complaint is enough.
-  local.slot = AddSlot(name, span, type);
+  local.length = length;
+  local.slot = AddSlot(length > 0 ? name + "[0]" : name, span, type);
+  // All that do not fit are one error.
+  for (int i = 1; i < length && routine_->locals.size() <= vm::image::kMaxLocals; ++i) {
+    AddSlot(name + "[" + std::to_string(i) + "]", span, type);
+  }
   locals_.push_back(std::move(local));
   return locals_.back().slot;
 }
 
-int Scope::Hidden(const std::string& purpose, const Span& span, Type type) {
-  const auto [slot, fresh] = hidden_.try_emplace(type, 0);
+int Scope::Hidden(const std::string& purpose, const Span& span, Type type, int use) {
+  const auto [slot, fresh] = hidden_.try_emplace({type, use}, 0);
   if (fresh) slot->second = AddSlot(purpose, span, type);
   return slot->second;
 }

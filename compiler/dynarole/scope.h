@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compiler/dynarole/check_pass.h"
@@ -14,10 +15,15 @@ namespace morphbus::dynarole {
 struct Local {
   std::string name;
   source::Span span;  ///< Where it was declared.
-  int slot = 0;       ///< In Routine::locals.
+  int slot = 0;       ///< In Routine::locals; of an array that of its first element.
+  int length = 0;     ///< How many elements an array has; 0: it is none.
   /// Some expression reads it; one that nothing reads gets a warning.
   bool used = false;
   bool parameter = false;  ///< Parameters need not be used.
+  /// It is a neighbour, the one of a loop's round, which nothing assigns to.
+  bool neighbour = false;
+  int role = -1;            ///< Of a neighbour: the role that it plays; -1: not known.
+  bool field_read = false;  ///< Of a neighbour: a shared field of it is read.
 };
 
 /// The routine or value being checked, with the variables that can be used there.
@@ -47,9 +53,11 @@ class Scope {
 
   /// Declares a variable or parameter of the routine and returns its slot.
   int AddLocal(const std::string& name, const source::Span& span, Type type, bool parameter);
+  /// Declares a variable that is an array and returns the slot of its first element.
+  int AddArray(const std::string& name, const source::Span& span, Type type, int length);
   /// Declares one that no name means, which the code itself needs; `purpose` is for people.
-  /// What is read before anything else can be stored there shares one of its type.
-  int Hidden(const std::string& purpose, const source::Span& span, Type type);
+  /// What is read before anything else of this `use` can be stored there shares one of its type.
+  int Hidden(const std::string& purpose, const source::Span& span, Type type, int use = 0);
   /// The local of that name in scope; null if there is none, as in a value.
   [[nodiscard]] Local* FindLocal(const std::string& name);
   /// How many locals are in scope, for Close.
@@ -60,15 +68,18 @@ class Scope {
   [[nodiscard]] std::vector<std::string> Names() const;
 
  private:
+  int Declare(const std::string& name, const source::Span& span, Type type, bool parameter,
+              int length);
   int AddSlot(const std::string& name, const source::Span& span, Type type);
 
   ProgramModel& model_;
   CheckPass& pass_;
   Routine* routine_ = nullptr;
   int role_ = -1;
-  RoleModel no_role_;           ///< Without members.
-  std::vector<Local> locals_;   ///< In scope, from the first declared.
-  std::map<Type, int> hidden_;  ///< Slots without a name, by their types.
+  RoleModel no_role_;          ///< Without members.
+  std::vector<Local> locals_;  ///< In scope, from the first declared.
+  /// Slots without a name, by their types and uses.
+  std::map<std::pair<Type, int>, int> hidden_;
 };
 
 }  // namespace morphbus::dynarole

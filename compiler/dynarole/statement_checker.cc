@@ -26,7 +26,7 @@ bool IsAlwaysTrue(const Expr& condition) {
 bool Breaks(const Stmt& statement) {
   if (statement.kind == StmtKind::kBreak) return true;
   if (statement.kind == StmtKind::kWhile || statement.kind == StmtKind::kFor ||
-      statement.kind == StmtKind::kSwitch) {
+      statement.kind == StmtKind::kForEach || statement.kind == StmtKind::kSwitch) {
     return false;
   }
   return std::any_of(statement.body.begin(), statement.body.end(),
@@ -86,6 +86,9 @@ void StatementChecker::CheckStatement(Stmt* statement) {
     case StmtKind::kFor:
       CheckFor(statement);
       break;
+    case StmtKind::kForEach:
+      CheckForEach(statement);
+      break;
     case StmtKind::kBreak:
     case StmtKind::kContinue:
       CheckLeave(*statement);
@@ -112,6 +115,36 @@ void StatementChecker::CheckFor(Stmt* statement) {
   CheckScoped(statement->body[2].get());
   --loops_;
   CheckStatement(statement->body[1].get());
+  scope_.Close(scope);
+}
+
+void StatementChecker::CheckForEach(Stmt* statement) {
+  // The parser has said that there is nothing to go over.
+  if (statement->expr == nullptr) return;
+  const Expr& set = *statement->expr;
+  const Type type = expressions_.Infer(statement->expr.get());
+  if (type != Type::kSet && type != Type::kError && type != Type::kUnknown) {
+    pass_.Error(set.span, "a loop goes over a set of modules, but this is " + NameOf(type)).hint =
+        "for example: for (" + statement->name + " in self.connected($ANY, $Role)) { ... }";
+  }
+  // The neighbours that are left are kept beside the one of the round; loops in the body keep
+  // theirs elsewhere.
+  const size_t scope = scope_.num_locals();
+  statement->rest = scope_.Hidden("neighbours", set.span, Type::kSet, 1 + loops_);
+  statement->meaning = Meaning::kLocal;
+  statement->type = Type::kSet;
+  statement->index = scope_.AddLocal(statement->name, statement->name_span, Type::kSet, false);
+  if (Local* neighbour = scope_.FindLocal(statement->name)) {
+    neighbour->neighbour = true;
+    neighbour->role = expressions_.calls().RoleOf(set);
+  }
+  ++loops_;
+  for (StmtPtr& body : statement->body) CheckScoped(body.get());
+  --loops_;
+  // Where fields are read, neighbours that have not told theirs have no round.
+  const Local* neighbour = scope_.FindLocal(statement->name);
+  const bool reads = neighbour != nullptr && neighbour->field_read;
+  statement->role = reads ? neighbour->role : -1;
   scope_.Close(scope);
 }
 
@@ -250,6 +283,9 @@ void StatementChecker::CheckExprStatement(Stmt* statement) {
 void StatementChecker::CheckVar(Stmt* statement) {
   // The parser has said that the first value is missing.
   if (statement->expr == nullptr) return;
+  if (statement->expr->kind == ExprKind::kArray || statement->length > 0) {
+    return CheckArray(statement);
+  }
   // The first value gives the variable its type for good.
   Type type = expressions_.Infer(statement->expr.get());
   if (type == Type::kAny) type = Type::kDirection;
@@ -270,6 +306,45 @@ void StatementChecker::CheckVar(Stmt* statement) {
   statement->index = scope_.AddLocal(statement->name, statement->name_span, type, false);
 }
 
+void StatementChecker::CheckArray(Stmt* statement) {
+  Expr* values = statement->expr.get();
+  const bool listed = values->kind == ExprKind::kArray;
+  const int length = listed ? static_cast<int>(values->operands.size()) : statement->length;
+  if (listed && statement->length > 0 && statement->length != length) {
+    pass_
+        .Error(values->span, "'" + statement->name + "' has " + std::to_string(statement->length) +
+                                 " elements, but these are " + std::to_string(length))
+        .hint = "without a number behind its name it has as many as there are values";
+  }
+  if (listed) {
+    for (ExprPtr& value : values->operands) expressions_.Infer(value.get());
+  } else {
+    expressions_.Infer(values);
+  }
+  // All elements are of the type that fits all first values.
+  Type type = listed ? expressions_.arrays().InferValues(values) : values->type;
+  if (type == Type::kAny) type = Type::kDirection;
+  if (type == Type::kVoid) {
+    pass_.Error(values->span, "this has no value that elements could take");
+    type = Type::kError;
+  }
+  if (type == Type::kUnknown && pass_.is_final() && !pass_.had_errors()) {
+    pass_.Error(statement->name_span, "cannot tell the type of '" + statement->name + "'");
+  }
+  const auto want = [&](Expr* value) {
+    expressions_.conversions().Want(value, type, "an element of '" + statement->name + "'");
+  };
+  if (listed) {
+    for (ExprPtr& value : values->operands) want(value.get());
+  } else {
+    want(values);
+  }
+  statement->meaning = Meaning::kLocal;
+  statement->type = type;
+  statement->length = length;
+  statement->index = scope_.AddArray(statement->name, statement->name_span, type, length);
+}
+
 void StatementChecker::CheckAssign(Stmt* statement) {
   Expr* value = statement->expr.get();
   // The value comes first, since its type may tell that of a parameter.
@@ -277,6 +352,7 @@ void StatementChecker::CheckAssign(Stmt* statement) {
     UnknownTarget(*statement);
     return;
   }
+  CheckSubscript(statement);
   // `+=` and its kin compute, so they need numbers.
   const Type target = statement->type;
   if (statement->op != Operator::kNone && !IsNumber(target) && target != Type::kError &&
@@ -293,11 +369,34 @@ void StatementChecker::CheckAssign(Stmt* statement) {
 bool StatementChecker::FindTarget(Stmt* statement, Type type) {
   Routine& routine = *scope_.routine();
   statement->type = Type::kError;
+  // An element of an array, or a name that should have been one.
+  ArrayChecker& arrays = expressions_.arrays();
+  if (statement->subscript != nullptr) expressions_.Infer(statement->subscript.get());
+  if (const std::optional<Array> array = arrays.Find(statement->name)) {
+    if (statement->subscript == nullptr) {
+      arrays.AsValue(statement->name_span, statement->name, *array);
+      return true;
+    }
+    arrays.FindElement(*array, statement);
+    if (array->meaning == Meaning::kField) {
+      routine.effect = std::max(routine.effect, vm::Effect::kTask);
+    }
+    return true;
+  }
   // Variables and parameters hide fields, as where names are read.
   if (const Local* local = scope_.FindLocal(statement->name)) {
     statement->meaning = Meaning::kLocal;
     statement->index = local->slot;
     statement->type = routine.locals[local->slot];
+    if (local->neighbour) {
+      pass_
+          .Error(statement->name_span, "'" + statement->name +
+                                           "' is the neighbour of this round, and cannot be "
+                                           "assigned to")
+          .Note(local->span, "declared here");
+      statement->type = Type::kError;
+      return true;
+    }
     // An assignment tells the type of a parameter as a call would.
     if (statement->type == Type::kUnknown && local->parameter) {
       pass_.Settle(&scope_.signature().parameters[local->slot], type);
@@ -314,6 +413,12 @@ bool StatementChecker::FindTarget(Stmt* statement, Type type) {
   // To set a field is to act: requirements and labels may not.
   routine.effect = std::max(routine.effect, vm::Effect::kTask);
   return true;
+}
+
+void StatementChecker::CheckSubscript(Stmt* statement) {
+  if (statement->subscript == nullptr || statement->length > 0) return;
+  expressions_.arrays().NoArray(statement->name_span, statement->name, statement->type);
+  statement->type = Type::kError;
 }
 
 void StatementChecker::UnknownTarget(const Stmt& statement) {

@@ -24,10 +24,14 @@ class StatementChecker {
   void CheckScoped(Stmt* statement);
   /// `var NAME = VALUE;` declares a local, whose type is that of the value.
   void CheckVar(Stmt* statement);
+  /// `var NAME = [VALUE, VALUE];` and `var NAME[8] = VALUE;`
+  void CheckArray(Stmt* statement);
   void CheckAssign(Stmt* statement);
   /// Finds what is assigned to, a variable, parameter or field, whose type is `type` if that of a
   /// parameter is not known yet; false if it is neither.
   bool FindTarget(Stmt* statement, Type type);
+  /// Reports a number behind the name of what is no array.
+  void CheckSubscript(Stmt* statement);
   /// Reports what is neither: perhaps a constant, a label, a slip.
   void UnknownTarget(const Stmt& statement);
   /// A return settles the type of the routine's result, or must fit it.
@@ -35,6 +39,8 @@ class StatementChecker {
   void CheckExprStatement(Stmt* statement);
   /// A loop with a head of its own, whose variable ends with it.
   void CheckFor(Stmt* statement);
+  /// A loop over the neighbours of a set.
+  void CheckForEach(Stmt* statement);
   /// What is looked at and the values of its cases are of one type, and each value leads to one
   /// block.
   void CheckSwitch(Stmt* statement);

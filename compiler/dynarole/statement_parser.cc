@@ -51,7 +51,7 @@ constexpr ForeignStatement kForeignStatements[] = {
     {"elif", "write: else if (...) { ... }"},
     {"elseif", "write: else if (...) { ... }"},
     {"do", "write: while (...) { ... }"},
-    {"foreach", "write: for (var i = 0; i < 3; i += 1) { ... }"},
+    {"foreach", "write: for (n in self.connected($ANY, $Role)) { ... }"},
     {"int", kForType},
     {"float", kForType},
     {"double", kForType},
@@ -191,6 +191,8 @@ StmtPtr StatementParser::ParseVar() {
   }
   statement->name_span = in_.Peek().span;
   statement->name = in_.TextOf(in_.Take());
+  if (in_.Is(TokenKind::kLeftBracket)) statement->length = expressions_.ParseLength();
+  if (in_.failed()) return statement;
   // Types are found, not written, so a variable needs a first value.
   if (!in_.Is(TokenKind::kAssign)) {
     in_.Unexpected("'=' and the variable's first value",
@@ -325,6 +327,13 @@ StmtPtr StatementParser::ParseFor() {
   in_.Take();
   const Span opening = in_.Peek().span;
   if (!in_.Expect(TokenKind::kLeftParen, "after 'for'")) return NewStatement(StmtKind::kError);
+  if (AtIn(0)) return ParseForEach(opening);
+  if (in_.Is(TokenKind::kVar) && AtIn(1)) {
+    in_.AddError(in_.Peek().span, "a loop over neighbours makes its variable without 'var'").hint =
+        "write: for (" + in_.TextOf(in_.Peek(1)) + " in ...) { ... }";
+    in_.Take();
+    return ParseForEach(opening);
+  }
   // What comes first ends with its semicolon, as any statement does.
   // An empty block stands for a part that is missing, so that the loop has its three parts in any
   // case.
@@ -361,6 +370,26 @@ StmtPtr StatementParser::ParseFor() {
   return statement;
 }
 
+// `in` is a word only there, so that programs may use it as a name.
+bool StatementParser::AtIn(size_t ahead) const {
+  const Token& word = in_.Peek(ahead + 1);
+  return in_.Peek(ahead).kind == TokenKind::kName && word.kind == TokenKind::kName &&
+         in_.TextOf(word) == "in";
+}
+
+StmtPtr StatementParser::ParseForEach(const Span& opening) {
+  StmtPtr statement = NewStatement(StmtKind::kForEach);
+  statement->name_span = in_.Peek().span;
+  statement->name = in_.TextOf(in_.Take());
+  in_.Take();
+  statement->expr = expressions_.Parse();
+  if (in_.failed() || !in_.ExpectClosing(TokenKind::kRightParen, opening)) {
+    return NewStatement(StmtKind::kError);
+  }
+  statement->body.push_back(ParseStatement());
+  return statement;
+}
+
 StmtPtr StatementParser::ParseLeave() {
   // Whether there is a loop to leave is for the checker to say.
   StmtPtr statement =
@@ -382,14 +411,32 @@ StmtPtr StatementParser::ParseReturn() {
 }
 
 bool StatementParser::AtAssignment() const {
-  return in_.Is(TokenKind::kName) && AssigningOperator(in_.Peek(1).kind).has_value();
+  if (!in_.Is(TokenKind::kName)) return false;
+  // An element of an array has its number between the name and the sign.
+  size_t ahead = 1;
+  if (in_.Peek(1).kind == TokenKind::kLeftBracket) {
+    int depth = 0;
+    do {
+      const TokenKind kind = in_.Peek(ahead++).kind;
+      if (kind == TokenKind::kEnd || kind == TokenKind::kSemicolon) return false;
+      if (kind == TokenKind::kLeftBracket) ++depth;
+      if (kind == TokenKind::kRightBracket) --depth;
+    } while (depth > 0);
+  }
+  return AssigningOperator(in_.Peek(ahead).kind).has_value();
 }
 
 StmtPtr StatementParser::ParseAssignment() {
-  // `NAME = value`, `NAME += value` and the like.
+  // `NAME = value`, `NAME[number] += value` and the like.
   StmtPtr statement = NewStatement(StmtKind::kAssign);
   statement->name_span = in_.Peek().span;
   statement->name = in_.TextOf(in_.Take());
+  if (in_.Is(TokenKind::kLeftBracket)) {
+    const Span opening = in_.Take().span;
+    statement->subscript = expressions_.Parse();
+    if (!in_.failed()) in_.ExpectClosing(TokenKind::kRightBracket, opening);
+    if (in_.failed()) return statement;
+  }
   statement->op = *AssigningOperator(in_.Take().kind);
   statement->expr = expressions_.Parse();
   return statement;
@@ -411,6 +458,10 @@ StmtPtr StatementParser::ParseExpressionStatement() {
   StmtPtr statement = NewStatement(StmtKind::kExpr);
   // A statement that is only an expression is a call, or a word that was misspelt.
   const Token first = in_.Peek();
+  // Its head could not be read as arguments of a call.
+  if (in_.Peek(1).kind == TokenKind::kLeftParen && AtIn(2) && ReportForeignStatement(first)) {
+    return statement;
+  }
   statement->expr = expressions_.Parse();
   // `retrun;`, `retrun 1;`, `whlie (x) {`: say so if the first name is nearly a word.
   const bool odd = statement->expr->kind == ExprKind::kName || in_.Is(TokenKind::kLeftBrace) ||

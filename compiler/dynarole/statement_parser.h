@@ -33,6 +33,10 @@ class StatementParser {
   void SkipToCase();
   StmtPtr ParseWhile();
   StmtPtr ParseFor();
+  /// Whether `NAME in` stands here, from the token number `ahead` on.
+  [[nodiscard]] bool AtIn(size_t ahead) const;
+  /// `NAME in SET) statement`, behind the parenthesis that is at `opening`.
+  StmtPtr ParseForEach(const source::Span& opening);
   /// `break;` or `continue;`
   StmtPtr ParseLeave();
   StmtPtr ParseReturn();

@@ -63,7 +63,7 @@ Diagnostic* TokenReader::Unexpected(const std::string& wanted, std::string hint)
       HasText(token.kind) ? "'" + TextOf(token).substr(0, 40) + "'" : Describe(token.kind);
   // Brackets stand round the range of a parameter, and nowhere else.
   if (token.kind == TokenKind::kLeftBracket && hint.empty()) {
-    hint = "there are no arrays: give each value a field of its own";
+    hint = "elements are those of an array, a variable or field: NAME[0]";
   }
   return ErrorAt(token.span, "expected " + wanted + ", found " + found, std::move(hint));
 }

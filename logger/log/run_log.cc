@@ -269,6 +269,7 @@ class Loader : private bridge::RunMessageHandler {
     ended_.Take(reported, status);
     facts_.num_faults += status.faults_dropped;
     for (const morphbus::print_t& print : status.prints) {
+      if (bridge::IsTrace(print)) continue;
       ++facts_.num_prints;
       if (facts_.prints.size() >= options_.max_faults) continue;
       facts_.prints.push_back({reported, bridge::FromPrint(print)});

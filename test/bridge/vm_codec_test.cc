@@ -61,6 +61,31 @@ TEST(VmCodec, TheFullestNeighbourMessageFitsADatagramAndSurvives) {
   }
 }
 
+TEST(VmCodec, TracedValuesTravelBehindPrintedLinesAndAreNone) {
+  vm::StatusReport report{};
+  report.num_prints = vm::kMaxPrintsPerTick;
+  for (int i = 0; i < vm::kMaxPrintsPerTick; ++i) {
+    report.prints[i].function = static_cast<int16_t>(i);
+    report.prints[i].num_values = 1;
+  }
+  report.num_traces = 2;
+  report.traces[0] = {3, vm::Cell::Float(-1.5F)};
+  report.traces[1] = {31, vm::Cell::Int(7)};
+  std::vector<morphbus::print_t> lines;
+  for (const morphbus::status_t& status : ToStatus(report, StatusNames(), 1, 1, 0)) {
+    lines.insert(lines.end(), status.prints.begin(), status.prints.end());
+  }
+  // More than one message holds go into the next.
+  ASSERT_EQ(lines.size(), size_t{vm::kMaxPrintsPerTick} + 2);
+  for (int i = 0; i < vm::kMaxPrintsPerTick; ++i) EXPECT_FALSE(IsTrace(lines[i])) << i;
+  for (int i = 0; i < 2; ++i) {
+    const morphbus::print_t& line = lines[vm::kMaxPrintsPerTick + i];
+    ASSERT_TRUE(IsTrace(line)) << i;
+    EXPECT_EQ(FromTrace(line).field, report.traces[i].field);
+    EXPECT_EQ(FromTrace(line).value.bits, report.traces[i].value.bits);
+  }
+}
+
 TEST(VmCodec, AStatusWithMoreFaultsThanFitBecomesSeveral) {
   vm::StatusReport report{};
   report.role = 0;

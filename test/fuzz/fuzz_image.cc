@@ -68,6 +68,8 @@ class ArbitraryHost final : public ProgramHost {
   OpResult Sleep(int64_t) override { return {FaultCode::kNone, true}; }
   OpResult Invoke(int, int, const Cell*, int) override { return Result(); }
   OpResult InvokeNear(uint32_t, int, int, const Cell*, int) override { return Result(); }
+  uint32_t Telling(uint32_t mask, int) override { return mask & Next(); }
+  uint32_t FirstModule(uint32_t mask) override { return mask & Next(); }
   OpResult NeighbourField(uint32_t, int, int, Cell* value) override {
     *value = Cell{0};
     return Result();

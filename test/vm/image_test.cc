@@ -83,6 +83,8 @@ bool NamesAValue(OperandPart part) {
     case OperandPart::kIntLocal:
     case OperandPart::kStoredLocal:
     case OperandPart::kField:
+    case OperandPart::kLocalArray:
+    case OperandPart::kFieldArray:
     case OperandPart::kSharedField:
     case OperandPart::kLabel:
     case OperandPart::kPartKeyword:

@@ -63,6 +63,18 @@ PartValues ValuesOf(OperandPart part) {
       return {{kIntLocal}, {{kNumLocals}, {255}, {kFloatLocal}}};
     case OperandPart::kField:
       return {{0}, {{3}, {255}}};
+    // All of them must be there, set, and of one type.
+    case OperandPart::kLocalArray:
+      return {{kIntLocal, 1},
+              {{kIntLocal, 0},
+               {kIntLocal, 2},
+               {kUnsetLocal, 1},
+               {kFloatLocal, 2},
+               {kIntLocal, kNumLocals + 1},
+               {kNumLocals, 1},
+               {255, 255}}};
+    case OperandPart::kFieldArray:
+      return {{0, 2}, {{0, 0}, {0, 3}, {0, 4}, {3, 1}, {255, 255}}};
     case OperandPart::kLabel:
     case OperandPart::kMethod:
       return {{0}, {{2}, {255}}};
@@ -114,6 +126,8 @@ std::vector<Operand> BadOperands(Opcode op) {
   const OperandInfo& info = InfoOf(InfoOf(op).operand);
   for (int bad = 0; bad < kMostParts; ++bad) {
     for (const Operand& value : ValuesOf(info.parts[bad]).bad) {
+      // A role alone may be any.
+      if (InfoOf(op).operand == OperandKind::kOneRole && value == Operand{kOther}) continue;
       Operand operand;
       for (int i = 0; i < kMostParts; ++i) {
         const Operand part = i == bad ? value : ValuesOf(info.parts[i]).good;
@@ -278,6 +292,10 @@ TEST(OperandTypeTest, WhatAnOperandNamesHasTheTypeOfThatThing) {
   ExpectLeaves(Opcode::kLoadLocals, {{kFloatLocal, kFloatLocal}}, f, 1);
   ExpectLeaves(Opcode::kLoadField, {{0}}, i);
   ExpectLeaves(Opcode::kLoadField, {{2}}, f);
+  ExpectLeaves(Opcode::kLoadLocalElement, {{kIntLocal, 1}, {i}}, i);
+  ExpectLeaves(Opcode::kLoadLocalElement, {{kFloatLocal, 1}, {i}}, f);
+  ExpectLeaves(Opcode::kLoadFieldElement, {{0, 2}, {i}}, i);
+  ExpectLeaves(Opcode::kLoadFieldElement, {{2, 1}, {i}}, f);
   ExpectLeaves(Opcode::kLoadLabel, {{0}}, ValueType::kJoint);
   ExpectLeaves(Opcode::kLoadLabel, {{1}}, ValueType::kLink);
   ExpectLeaves(Opcode::kKeyword, {{kJointKeyword}}, ValueType::kJoint);

@@ -9,6 +9,9 @@
 #include <string>
 #include <utility>
 
+#include "bridge/description/program_words.h"
+#include "bridge/wire/vm_codec.h"
+
 namespace morphbus::tools {
 namespace {
 
@@ -434,6 +437,27 @@ Result<void> WritePrints(const RunLog& log, const TextSink& write) {
   return rows.Write("time [s],module,role,text,file,line\n", write);
 }
 
+/// Values of fields that the program traces: a row each.
+Result<void> WriteTraces(const RunLog& log, const TextSink& write) {
+  bridge::ProgramWords words(log.described);
+  words.deployed() = log.deployed;
+  Rows rows;
+  for (const ModuleSeries& module : log.modules) {
+    for (const logger::StatusSample& sample : module.status) {
+      const morphbus::status_t& s = sample.status;
+      for (const morphbus::print_t& print : s.prints) {
+        if (!bridge::IsTrace(print)) continue;
+        const bridge::TracedValue value = words.Trace(static_cast<uint64_t>(s.header.program_hash),
+                                                      s.role, bridge::FromTrace(print));
+        rows.Add(sample.time_us,
+                 fmt::format(",{},{},{},{},{}", sample.tick, module.name, CsvCell(s.role_name),
+                             CsvCell(value.field), value.value));
+      }
+    }
+  }
+  return rows.Write("time [s],tick,module,role,field,value\n", write);
+}
+
 /// What people told the run while it went on.
 Result<void> WriteControls(const RunLog& log, const TextSink& write) {
   Rows rows;
@@ -459,6 +483,7 @@ const std::vector<CsvTable>& CsvTables() {
                                                {"roles.csv", WriteRoles},
                                                {"faults.csv", WriteFaults},
                                                {"prints.csv", WritePrints},
+                                               {"traces.csv", WriteTraces},
                                                {"controls.csv", WriteControls}};
   return tables;
 }

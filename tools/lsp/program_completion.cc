@@ -69,6 +69,21 @@ class ProgramContext {
   }
   /// Whether the place is in the value of a member, between members of a role.
   [[nodiscard]] bool InValue() const { return !AtBeginning(); }
+  /// The words behind `$` in the head of the loop over neighbours around the place whose variable
+  /// has this name: its role is one of them.
+  [[nodiscard]] std::vector<std::string> DollarsOfLoop(const std::string& variable) const {
+    std::vector<std::string> words;
+    for (size_t in = count_; in-- > 3;) {
+      const bool head = TextOf(in) == "in" && TextOf(in - 1) == variable && TextOf(in - 2) == "(" &&
+                        TextOf(in - 3) == "for";
+      if (!head) continue;
+      for (size_t i = in + 1; i < count_ && TextOf(i) != "{" && TextOf(i) != ";"; ++i) {
+        if (TextOf(i).starts_with("$")) words.push_back(TextOf(i).substr(1));
+      }
+      break;
+    }
+    return words;
+  }
   /// What stands before the innermost parenthesis that is open, and the commas in it.
   struct Call {
     std::string name;
@@ -252,6 +267,7 @@ class ProgramCompleter {
     for (int role = role_; role >= 0; role = names_.things[role].base) OfferOfRole(role);
     OfferConstants();
     for (const Builtin& builtin : dynarole::FunctionBuiltins()) OfferForm(builtin);
+    for (const Builtin& builtin : dynarole::NeighbourBuiltins()) OfferForm(builtin);
     // Commands are invoked by the name of a role.
     OfferRoles("");
   }
@@ -311,6 +327,9 @@ class ProgramCompleter {
     const int role = RoleNamed(base);
     if (role >= 0) return OfferCommands(role);
     if (names_.Find(NameKind::kEnumeration, base) >= 0) return OfferValues(base);
+    for (const std::string& word : at_.DollarsOfLoop(base)) {
+      if (const int neighbours = RoleNamed(word); neighbours >= 0) return OfferShared(neighbours);
+    }
     OfferOfPart(base);
   }
 
@@ -338,14 +357,20 @@ class ProgramCompleter {
     for (size_t back = 3; back < 8; ++back) {
       const std::string word = at_.Before(back);
       const int role = word.starts_with("$") ? RoleNamed(word.substr(1)) : -1;
-      if (role < 0) continue;
+      if (role >= 0) return OfferShared(role);
+    }
+  }
+
+  /// What neighbours with this role share, and their commands.
+  void OfferShared(int role) {
+    for (int of = role; of >= 0; of = names_.things[of].base) {
       for (const NamedThing& thing : names_.things) {
-        const bool shared = thing.owner == role && thing.kind == NameKind::kField &&
+        const bool shared = thing.owner == of && thing.kind == NameKind::kField &&
                             thing.summary.starts_with("shared ");
         if (shared) items_.Add(thing.name, ItemKind::kField, thing.summary);
       }
-      return OfferCommands(role);
     }
+    OfferCommands(role);
   }
 
   /// A joint, connector or sensor of the module, by its keyword, or a label.
@@ -416,7 +441,10 @@ Json ProgramSignature(const ProgramFile& program, size_t offset) {
     }
   };
   if (call->base == "self") add(dynarole::SelfBuiltins());
-  if (call->base.empty()) add(dynarole::FunctionBuiltins());
+  if (call->base.empty()) {
+    add(dynarole::FunctionBuiltins());
+    add(dynarole::NeighbourBuiltins());
+  }
   if (!call->base.empty() && call->base != "self") add(dynarole::JointBuiltins());
   // What the program declares: functions, and commands of the role before the dot.
   if (signatures.empty()) {

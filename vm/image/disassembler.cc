@@ -282,6 +282,11 @@ class Printer {
         return ToString(program_.role(number).name);
       case OperandPart::kCommand:
         return MemberName(program_.role(at[-1]).commands[number]);
+      case OperandPart::kLocalArray:
+        return ToString(program_.local_name(function, number & 255)) +
+               fmt::format("..{}", (number >> 8) - 1);
+      case OperandPart::kFieldArray:
+        return FieldName(OwnerOf(function), number & 255) + fmt::format("..{}", (number >> 8) - 1);
       case OperandPart::kSharedField:
         return FieldName(at[-1], number);
       case OperandPart::kSuperFunction:

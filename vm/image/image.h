@@ -18,7 +18,8 @@
 //            of arguments, 9 to 13 that of locals), first of the locals' types u16
 //   role     name text, parent u8 (kNoParent: none), depth u8 with kAbstractBit, then u8 counts of
 //            fields, labels, requirements, startups, behaviors, commands, handlers, methods, then
-//            their members: field {u16: the constant that is its first value, and kSharedFieldBit},
+//            their members: field {u16: the constant that is its first value, and kSharedFieldBit,
+//            kKeptFieldBit (the next constant is its name), kTracedFieldBit},
 //            handler {event u8: kEarlyBit and an event, or kFirstPeriod and the constant that is
 //            the period of a timer, function u16}, all others {function u16}
 //   state    set locals u16 (bits), stack types u32 (4 bits each, lowest first, 0 above the top)
@@ -115,8 +116,14 @@ inline constexpr uint32_t kLineBytes = 4;
 /// What the notes say of a parameter: its value in the source, the least and the largest one.
 inline constexpr uint32_t kParameterBytes = 12;
 
-/// Of a field that neighbours may read, and of the event of a handler that runs during startup too.
+/// What a field's record says beside the constant that is its first value: neighbours may read it;
+/// its value outlives a change of role or program, and the next constant is the text of its name;
+/// its value is told in every tick.
 inline constexpr int kSharedFieldBit = 0x8000;
+inline constexpr int kKeptFieldBit = 0x4000;
+inline constexpr int kTracedFieldBit = 0x2000;
+inline constexpr int kFieldConstantMask = 0x1fff;
+/// Of the event of a handler that runs during startup too.
 inline constexpr int kEarlyBit = 0x80;
 /// Of the type of a constant that is a parameter, an int or a float: a run may choose its value.
 inline constexpr int kParameterBit = 0x80;

@@ -54,6 +54,9 @@ const char* OperandChecker::CheckPart(OperandPart part, const uint8_t* at, CodeS
       return nullptr;
     case OperandPart::kField:
       return Unless(number < program_.role(function_.role).num_fields, Reason("no such field"));
+    case OperandPart::kLocalArray:
+    case OperandPart::kFieldArray:
+      return CheckArray(part, number, *state);
     case OperandPart::kLabel:
       return Unless(number < program_.role(function_.role).num_labels, Reason("no such label"));
     // A call names a slot, which each subrole fills in its way.
@@ -91,6 +94,25 @@ const char* OperandChecker::CheckPart(OperandPart part, const uint8_t* at, CodeS
     case OperandPart::kSensorKeyword:
     case OperandPart::kSensorKindKeyword:
       return CheckKeyword(part, number);
+  }
+  return nullptr;
+}
+
+// Which element is meant only the run shows, so that all of them must be what one has to be.
+const char* OperandChecker::CheckArray(OperandPart part, uint32_t number,
+                                       const CodeState& state) const {
+  const uint32_t first = number & 255, count = number >> 8;
+  const RoleInfo role = program_.role(function_.role);
+  const bool local = part == OperandPart::kLocalArray;
+  const uint32_t all = local ? function_.num_locals : role.num_fields;
+  if (count == 0 || first + count > all) return Reason("no such array");
+  const auto type = [&](uint32_t i) {
+    const auto slot = static_cast<int>(i);
+    return local ? function_.local_types[slot] : role.fields.type(slot);
+  };
+  for (uint32_t i = first; i < first + count; ++i) {
+    if (type(i) != type(first)) return Reason("elements of an array differ in type");
+    if (local && (state.set_locals >> i & 1) == 0) return Reason("local is read before it is set");
   }
   return nullptr;
 }

@@ -41,6 +41,7 @@ class OperandChecker {
   const char* CheckPart(OperandPart part, const uint8_t* at, CodeState* state, NamedOperand* named);
   /// Whether the type of what a part names will do.
   static const char* CheckType(OperandPart part, ValueType type);
+  const char* CheckArray(OperandPart part, uint32_t number, const CodeState& state) const;
   /// A keyword by its number, which is of the kind that the part wants.
   const char* CheckKeyword(OperandPart part, uint32_t number);
   /// The function that this one replaces, which stands in a role that the own one extends.

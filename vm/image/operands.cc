@@ -38,6 +38,10 @@ ValueType TypeNamedBy(OperandPart part, const VerifiedProgram& program,
       return function.local_types[number];
     case OperandPart::kField:
       return program.role(function.role).fields.type(number);
+    case OperandPart::kLocalArray:
+      return function.local_types[number & 255];
+    case OperandPart::kFieldArray:
+      return program.role(function.role).fields.type(number & 255);
     case OperandPart::kSharedField:
       // The role stands before it.
       return program.role(at[-1]).fields.type(number);

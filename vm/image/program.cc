@@ -39,11 +39,11 @@ RoleInfo::RoleInfo(const uint8_t* at, const uint8_t* strings, const uint8_t* con
       handlers(MembersOf(at, 6), constants),
       methods(MembersOf(at, 7)) {}
 
-uint16_t RoleInfo::shared_fields() const {
+uint32_t RoleInfo::shared_fields() const {
   // Bit i stands for field i, as in the message that carries them.
-  uint16_t mask = 0;
+  uint32_t mask = 0;
   for (int i = 0; i < num_fields; ++i) {
-    if (fields.shared(i)) mask = static_cast<uint16_t>(mask | 1u << i);
+    if (fields.shared(i)) mask |= 1u << i;
   }
   return mask;
 }

@@ -95,15 +95,24 @@ class FieldTable {
     return static_cast<ValueType>(*ConstantOf(i) & ~image::kParameterBit);
   }
   /// True if neighbours may read the field.
-  [[nodiscard]] bool shared(int i) const {
-    return (image::ReadU16(at_ + 2 * i) & image::kSharedFieldBit) != 0;
-  }
+  [[nodiscard]] bool shared(int i) const { return HasBit(i, image::kSharedFieldBit); }
+  /// True if its value outlives a change of role or program.
+  [[nodiscard]] bool kept(int i) const { return HasBit(i, image::kKeptFieldBit); }
+  /// The number of the constant that is the name of a kept field.
+  [[nodiscard]] int name_constant(int i) const { return ConstantNumber(i) + 1; }
+  /// True if its value is told in every tick.
+  [[nodiscard]] bool traced(int i) const { return HasBit(i, image::kTracedFieldBit); }
 
  private:
   /// The record of the constant that field i begins with: a byte for its type, four for its value.
   [[nodiscard]] const uint8_t* ConstantOf(int i) const {
-    const int constant = image::ReadU16(at_ + 2 * i) & ~image::kSharedFieldBit;
-    return constants_ + static_cast<uint32_t>(constant) * image::kConstantBytes;
+    return constants_ + static_cast<uint32_t>(ConstantNumber(i)) * image::kConstantBytes;
+  }
+  [[nodiscard]] int ConstantNumber(int i) const {
+    return image::ReadU16(at_ + 2 * i) & image::kFieldConstantMask;
+  }
+  [[nodiscard]] bool HasBit(int i, int bit) const {
+    return (image::ReadU16(at_ + 2 * i) & bit) != 0;
   }
   const uint8_t* at_;
   const uint8_t* constants_;
@@ -186,7 +195,7 @@ struct RoleInfo {
   ReferenceTable methods;
 
   /// A bit for each field that neighbours may read.
-  [[nodiscard]] uint16_t shared_fields() const;
+  [[nodiscard]] uint32_t shared_fields() const;
   /// Calls visit(function) for every function that the role refers to, inherited ones included.
   template <class Visit>
   void ForEachFunction(const Visit& visit) const {

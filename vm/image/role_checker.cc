@@ -55,15 +55,24 @@ bool RoleChecker::CheckRecord(int index, uint32_t* at) {
 // The first value of a field is a constant, whose table has been checked; a text is no value.
 bool RoleChecker::CheckFields(const RoleInfo& role, uint32_t* at) {
   // All shared fields travel in one message.
-  int shared = 0;
+  int shared = 0, traced = 0;
   for (int i = 0; i < role.num_fields; ++i, *at += image::kFieldBytes) {
-    const int constant = ReadU16(bytes_ + *at) & ~image::kSharedFieldBit;
+    const int constant = ReadU16(bytes_ + *at) & image::kFieldConstantMask;
     if (constant >= program_.num_constants() ||
         program_.constant_type(constant) == ValueType::kText) {
       return error_.Fail("field without a first value", *at);
     }
+    // What is kept is known by its name.
+    const bool named = constant + 1 < program_.num_constants() &&
+                       program_.constant_type(constant + 1) == ValueType::kText;
+    if (role.fields.kept(i) &&
+        (!kHoldsAllInstructions || !named || program_.constant_type(constant) > ValueType::kAxis)) {
+      return error_.Fail(kHoldsAllInstructions ? "kept field without a name" : "kept field", *at);
+    }
     if (role.fields.shared(i)) ++shared;
+    if (role.fields.traced(i)) ++traced;
   }
+  if (traced > kMaxTracedFields) return error_.Fail("too many traced fields", *at);
   return shared <= kMaxSharedFields || error_.Fail("too many shared fields", *at);
 }
 
@@ -200,7 +209,8 @@ bool RoleChecker::CheckAgainstParent(const RoleInfo& role, const RoleInfo& paren
   }
   // Code of the parent reads and sets these fields on modules that play the role.
   for (int i = 0; i < parent.num_fields; ++i) {
-    const bool same_sharing = role.fields.shared(i) == parent.fields.shared(i);
+    const bool same_sharing = role.fields.shared(i) == parent.fields.shared(i) &&
+                              role.fields.kept(i) == parent.fields.kept(i);
     if (role.fields.type(i) != parent.fields.type(i) || !same_sharing) {
       return FailTable("inherited field differs");
     }

@@ -48,6 +48,11 @@ bool ModuleServices::Exists(int connector) const {
   return connector >= 0 && connector < context_.kinematics.num_connectors();
 }
 
+bool ModuleServices::HasTold(int connector, int role) const {
+  const int told = context_.state.neighbours[connector].shared_role;
+  return told >= 0 && context_.program.IsA(told, role);
+}
+
 /// Sets the place of a fault to the instruction that runs.
 void ModuleServices::SetPlaceOfCall(Fault* fault) const {
   if (running_ == nullptr || running_->stack.depth == 0) return;
@@ -110,19 +115,30 @@ uint32_t ModuleServices::ConnectedRole(Direction d, int role) {
 }
 
 int ModuleServices::CountModules(uint32_t connector_mask) {
-  // A module docked on several connectors counts once, at the first of them.
+  // A module docked on several connectors counts once.
   int count = 0;
-  for (int c = 0; c < context_.kinematics.num_connectors(); ++c) {
-    if ((connector_mask >> c & 1u) == 0) continue;
-    bool seen = false;
-    for (int d = 0; d < c; ++d) {
-      seen = seen || ((connector_mask >> d & 1u) != 0 &&
-                      context_.state.neighbours[d].sensor.mate_module ==
-                          context_.state.neighbours[c].sensor.mate_module);
-    }
-    if (!seen) ++count;
-  }
+  for (uint32_t left = connector_mask; left != 0; left &= ~FirstModule(left)) ++count;
   return count;
+}
+
+uint32_t ModuleServices::FirstModule(uint32_t connector_mask) {
+  if (connector_mask == 0) return 0;
+  const auto module_at = [this](int c) { return context_.state.neighbours[c].sensor.mate_module; };
+  const int first = __builtin_ctz(connector_mask);
+  uint32_t mask = 1u << first;
+  for (int c = first + 1; c < context_.kinematics.num_connectors(); ++c) {
+    if (module_at(c) == module_at(first)) mask |= 1u << c;
+  }
+  return mask & connector_mask;
+}
+
+uint32_t ModuleServices::Telling(uint32_t connector_mask, int role) {
+  if constexpr (!kHoldsAllInstructions) return 0;
+  uint32_t mask = 0;
+  for (int c = 0; c < context_.kinematics.num_connectors(); ++c) {
+    if (HasTold(c, role)) mask |= 1u << c;
+  }
+  return mask & connector_mask;
 }
 
 uint32_t ModuleServices::Joints(Axis axis, int adjacent) {
@@ -455,9 +471,8 @@ OpResult ModuleServices::NeighbourField(uint32_t connector_mask, int role, int f
   for (int c = 0; c < context_.kinematics.num_connectors(); ++c) {
     if ((connector_mask >> c & 1u) == 0) continue;
     connector = c;
-    const NeighbourRecord& neighbour = context_.state.neighbours[c];
-    if (neighbour.shared_role < 0 || !context_.program.IsA(neighbour.shared_role, role)) continue;
-    *value = neighbour.shared[place];
+    if (!HasTold(c, role)) continue;
+    *value = context_.state.neighbours[c].shared[place];
     return {};
   }
   return Refuse({.code = FaultCode::kNothingShared, .connector = static_cast<int8_t>(connector)});

@@ -78,6 +78,8 @@ class ModuleServices final : public ProgramHost {
   OpResult Invoke(int role, int command_slot, const Cell* arguments, int count) override;
   OpResult InvokeNear(uint32_t connector_mask, int role, int command_slot, const Cell* arguments,
                       int count) override;
+  uint32_t Telling(uint32_t connector_mask, int role) override;
+  uint32_t FirstModule(uint32_t connector_mask) override;
   OpResult NeighbourField(uint32_t connector_mask, int role, int field, Cell* value) override;
   OpResult Print(int text, const Cell* values, int count) override;
 
@@ -86,6 +88,8 @@ class ModuleServices final : public ProgramHost {
   [[nodiscard]] bool Moves(int joint) const;
   /// True for a number of one of the type's connectors.
   [[nodiscard]] bool Exists(int connector) const;
+  /// Whether the module at a connector has told the shared fields of a role.
+  [[nodiscard]] bool HasTold(int connector, int role) const;
   /// kNone if the joint can move as asked, by degrees (rotary) or by millimetres; else the fault.
   [[nodiscard]] FaultCode WhyNot(int joint, bool rotary) const;
   /// Moves to `sign` times `asked`, or by `by` from the present target, in degrees or millimetres;

@@ -202,13 +202,34 @@ void EndRole(Context& context) {
   EndTasks(context);
 }
 
+/// Which kept field a field of a role is, whatever program it stands in.
+uint64_t NameOfKept(const VerifiedProgram& program, const RoleInfo& role, int field) {
+  const Text name = program.text(role.fields.name_constant(field));
+  Digest digest;
+  for (int i = 0; i < name.size; ++i) digest.Add(name.data[i]);
+  return digest.value() | 1;
+}
+
+/// The place of a kept field in the memory; kMaxKeptFields if it has none.
+int FindKept(const VmState& state, uint64_t name, ValueType type) {
+  int i = 0;
+  while (i < kMaxKeptFields && (state.kept[i].name != name || state.kept[i].type != type)) ++i;
+  return i;
+}
+
 /// Labels and fields get their first values and the startups begin.
 void TakeRole(Context& context, int new_role, const RoleCheck& check) {
   RoleState& role = context.state.role;
   role.role = static_cast<int16_t>(new_role);
   const RoleInfo info = context.program.role(new_role);
   for (int i = 0; i < info.num_labels; ++i) role.labels[i] = check.labels[i];
-  for (int i = 0; i < info.num_fields; ++i) role.fields[i] = info.fields[i];
+  for (int i = 0; i < info.num_fields; ++i) {
+    role.fields[i] = info.fields[i];
+    if (!kHoldsAllInstructions || !info.fields.kept(i)) continue;
+    const uint64_t name = NameOfKept(context.program, info, i);
+    const int kept = FindKept(context.state, name, info.fields.type(i));
+    if (kept < kMaxKeptFields) role.fields[i] = context.state.kept[kept].value;
+  }
   StartRole(context);
 }
 
@@ -256,6 +277,21 @@ void ReportAmbiguity(Context& context, const Choice& choice) {
 }
 
 }  // namespace
+
+void RememberKept(Context& context) {
+  if (!kHoldsAllInstructions || context.state.role.role < 0) return;
+  const RoleInfo role = context.program.role(context.state.role.role);
+  for (int i = 0; i < role.num_fields; ++i) {
+    if (!role.fields.kept(i)) continue;
+    const uint64_t name = NameOfKept(context.program, role, i);
+    const ValueType type = role.fields.type(i);
+    // Where there is no room, the one that was told longest ago is forgotten.
+    int place = FindKept(context.state, name, type);
+    if (place == kMaxKeptFields) --place;
+    for (; place > 0; --place) context.state.kept[place] = context.state.kept[place - 1];
+    context.state.kept[0] = {name, type, context.state.role.fields[i]};
+  }
+}
 
 RoleCheck CheckRole(Context& context, ModuleServices& services, int role, bool report_faults) {
   const VerifiedProgram& program = context.program;

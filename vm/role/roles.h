@@ -63,4 +63,8 @@ void LeaveRole(Context& context);
 /// other values all goes on.
 void CarryOver(Context& context, const VerifiedProgram& next);
 
+/// Remembers the values of the kept fields of the role held, for the next role or program. Call at
+/// the end of a tick.
+void RememberKept(Context& context);
+
 }  // namespace morphbus::vm

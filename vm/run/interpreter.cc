@@ -122,6 +122,38 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
     pc += 2;
     NEXT();
   }
+// The number on the stack is that of one of several cells, which are in `slots` from the first on.
+#define ELEMENT(number, slots)                                                  \
+  if (static_cast<uint32_t>(number) >= pc[2]) {                                 \
+    result.num_found = static_cast<int16_t>((number) > INT16_MAX   ? INT16_MAX  \
+                                            : (number) < INT16_MIN ? INT16_MIN  \
+                                                                   : (number)); \
+    FAULT(FaultCode::kNoElement);                                               \
+  }                                                                             \
+  Cell& element = (slots)[pc[1] + static_cast<uint32_t>(number)];               \
+  pc += 3
+  HANDLE(kLoadLocalElement) {
+    ELEMENT(sp[-1].AsInt(), locals);
+    sp[-1] = element;
+    NEXT();
+  }
+  HANDLE(kStoreLocalElement) {
+    ELEMENT(sp[-2].AsInt(), locals);
+    element = sp[-1];
+    sp -= 2;
+    NEXT();
+  }
+  HANDLE(kLoadFieldElement) {
+    ELEMENT(sp[-1].AsInt(), role.fields);
+    sp[-1] = element;
+    NEXT();
+  }
+  HANDLE(kStoreFieldElement) {
+    ELEMENT(sp[-2].AsInt(), role.fields);
+    element = sp[-1];
+    sp -= 2;
+    NEXT();
+  }
   // A label of the role held always resolves; while a role is being decided it may not.
   HANDLE(kLoadLabel) {
     const int index = role.labels[pc[1]];
@@ -235,6 +267,14 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
     if (divisor == 0) FAULT(FaultCode::kDivisionByZero);
     --sp;
     REPLACE_TOP(Cell::Int(divisor == -1 ? 0 : sp[-1].AsInt() % divisor));
+  }
+  HANDLE(kMinInt) {
+    --sp;
+    REPLACE_TOP(Cell::Int(sp[0].AsInt() < sp[-1].AsInt() ? sp[0].AsInt() : sp[-1].AsInt()));
+  }
+  HANDLE(kMaxInt) {
+    --sp;
+    REPLACE_TOP(Cell::Int(sp[0].AsInt() > sp[-1].AsInt() ? sp[0].AsInt() : sp[-1].AsInt()));
   }
   HANDLE(kNegInt) {
     int32_t number;

@@ -101,6 +101,10 @@ class ProgramHost {
   /// The same for the modules at the connectors of the mask only.
   virtual OpResult InvokeNear(uint32_t connector_mask, int role, int command_slot,
                               const Cell* arguments, int count) = 0;
+  /// Of the connectors of the mask those whose module has told the shared fields of a role.
+  virtual uint32_t Telling(uint32_t connector_mask, int role) = 0;
+  /// Of the connectors of the mask all that the module is docked to which is on the first of them.
+  virtual uint32_t FirstModule(uint32_t connector_mask) = 0;
   /// What the only module at the connectors of the mask has told of a shared field of a role.
   virtual OpResult NeighbourField(uint32_t connector_mask, int role, int field, Cell* value) = 0;
   /// Tells people a text of the program's constants, with its values; never waits.
@@ -152,7 +156,8 @@ struct RunResult {
   FaultCode fault = FaultCode::kNone;
   /// The keyword that is missing, for kMissingKeyword.
   int16_t keyword = -1;
-  /// How many joints or links fit where one is wanted, for kUnresolved.
+  /// How many joints or links fit where one is wanted, for kUnresolved; the number of the element,
+  /// for kNoElement, as far as 16 bits hold it.
   int16_t num_found = 0;
   /// The function and the byte offset in it where the run faulted, waits or was preempted.
   uint16_t function = 0;

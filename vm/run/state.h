@@ -145,6 +145,14 @@ struct RoleState {
   Cell fields[kMaxFields];
 };
 
+/// What a kept field had last (vm/role/roles.cc).
+struct KeptField {
+  /// The digest of its name; 0: the place is free.
+  uint64_t name = 0;
+  ValueType type = ValueType::kVoid;
+  Cell value;
+};
+
 /// The last change of programs (CarryOver in vm/role/roles.cc). Neighbours go over to the new one
 /// in the same tick, but what they said before was said under the old one.
 struct ProgramSwitch {
@@ -309,6 +317,8 @@ struct VmState {
   /// By body link (VerifiedKinematics::BodyLink); the entries of other links are empty.
   BodyTable bodies[kMaxLinks];
   RoleState role;
+  /// The values of kept fields, the one that was told last first.
+  KeptField kept[kMaxKeptFields];
   ProgramSwitch program_switch;
   FormerValues former_values;
   JointState joints[kMaxJoints];

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <bit>
+#include <string>
 
 #include "vm/image/fault_text.h"
 #include "vm/image/print_line.h"
@@ -64,7 +65,8 @@ uint32_t FakeHost::Connected(Direction d) {
 
 uint32_t FakeHost::ConnectedRole(Direction d, int role) {
   const vm::Text name = program_.role(role).name;
-  return std::string(name.data, name.size) == "Other" ? Connected(d) & 1u : 0;
+  const std::string text(name.data, name.size);
+  return text == "Many" ? Connected(d) : text == "Other" ? Connected(d) & 1u : 0;
 }
 
 int FakeHost::CountModules(uint32_t connector_mask) { return std::popcount(connector_mask); }
@@ -205,11 +207,27 @@ OpResult FakeHost::InvokeNear(uint32_t connector_mask, int role, int command_slo
                   CallText(role, command_slot, arguments, count),
               false);
 }
+// The one at connector 1 has told nothing.
+uint32_t FakeHost::Telling(uint32_t connector_mask, int) { return connector_mask & ~2u; }
+uint32_t FakeHost::FirstModule(uint32_t connector_mask) {
+  return connector_mask & (~connector_mask + 1);
+}
 // The fields of a neighbour are what its role begins with.
 OpResult FakeHost::NeighbourField(uint32_t connector_mask, int role, int field, Cell* value) {
   OpResult result;
   if (CountModules(connector_mask) != 1) result.fault = vm::FaultCode::kNotOneNeighbour;
-  *value = program_.role(role).fields[field];
+  const vm::RoleInfo info = program_.role(role);
+  *value = info.fields[field];
+  // Where many play the role, each has another value.
+  const vm::Text name = info.name;
+  if (std::string(name.data, name.size) != "Many" || connector_mask == 0) return result;
+  const int connector = std::countr_zero(connector_mask);
+  const vm::ValueType type = info.fields.type(field);
+  if (type == vm::ValueType::kInt) value->bits += static_cast<uint32_t>(connector);
+  if (type == vm::ValueType::kFloat) {
+    *value = Cell::Float(value->AsFloat() + static_cast<float>(connector));
+  }
+  if (type == vm::ValueType::kBool) *value = Cell::Bool(value->AsBool() != (connector == 2));
   return result;
 }
 OpResult FakeHost::Print(int text, const Cell* values, int count) {

@@ -64,6 +64,8 @@ class FakeHost final : public vm::ProgramHost {
   vm::OpResult Invoke(int role, int command_slot, const vm::Cell* arguments, int count) override;
   vm::OpResult InvokeNear(uint32_t connector_mask, int role, int command_slot,
                           const vm::Cell* arguments, int count) override;
+  uint32_t Telling(uint32_t connector_mask, int role) override;
+  uint32_t FirstModule(uint32_t connector_mask) override;
   vm::OpResult NeighbourField(uint32_t connector_mask, int role, int field,
                               vm::Cell* value) override;
   vm::OpResult Print(int text, const vm::Cell* values, int count) override;
