@@ -213,17 +213,30 @@ test('faults come with their line, which opens the program there', async () => {
   await page.waitForFunction(() => window.monitor.clock.mode === 'hold');
 });
 
-test('any field can be plotted', async () => {
+test('any field is found by role and label, and plotted under that name', async () => {
   const page = await live(150);
   await page.locator('h1').click();
   await page.keyboard.press('p');
-  await page.locator('.picker input[type=search]').fill('m3 velocity');
+  const search = page.locator('.picker input[type=search]');
+  const first = () => page.locator('.field .what').first().innerText();
+  // By label, by a part of the role's name, and by label and coordinate: each as people call it.
+  await search.fill('ankle velocity');
+  assert.match(await text(page, '.picker [role=status]'), /^5 of \d+ fields/);
+  await search.fill('leg4');
+  assert.match(await first(), /^Leg4/);
+  await search.fill('foot y');
+  assert.match(await first(), /^\w+\.foot \(m\d\/tip\) y$/);
+  // A part without a label is found by its module's role, and the model's own names do as well.
+  await search.fill('leg3 base x');
+  assert.equal(await first(), 'Leg3 (m3/base) x');
+  await keepShot(page, 'picker');
+  await search.fill('m3 velocity');
   await page.locator('.field').first().click();
   await page.keyboard.press('Enter');
   await page.waitForFunction(
     () => window.monitor.plots.views.length === 3 && window.monitor.plots.views[2].plot.drawnPoints === 150,
   );
-  assert.match(await page.locator('.legend').last().innerText(), /m3\.joint_1 velocity\s*11\.46 °\/s/);
+  assert.match(await page.locator('.legend').last().innerText(), /Leg3\.ankle \(m3\.joint_1\) velocity\s*11\.46 °\/s/);
 });
 
 test('two logs are shown beside each other with the difference of their labelled links', async () => {

@@ -1,6 +1,7 @@
 /** The fields that can be plotted: columns of the tables of all runs, and of the table of differences. */
 
 import type { Series } from '../plot/decimate.ts';
+import { fieldName, searchText } from './names.ts';
 import type { NamedTable, Run } from './run.ts';
 import { fixedAngles } from './pose.ts';
 
@@ -12,16 +13,28 @@ export interface Field {
   table: string;
   column: string;
   unit: string;
+  /** What people read. */
+  name: string;
+  /** What they may search for. */
+  words: string;
 }
 
 /** All fields of a run, in the order of its tables. */
 export function fieldsOf(run: Run): Field[] {
-  return [...run.tables].flatMap(([name, named]) => fieldsIn(run.name, name, named));
+  return [...run.tables].flatMap(([name, named]) => fieldsIn(run, name, named));
 }
 
-/** The fields of one table; `run` is empty for a table that is of no run alone. */
-export function fieldsIn(run: string, name: string, { table, unit }: NamedTable): Field[] {
-  const fieldOf = (column: string, of: string): Field => ({ id: `${run}|${name}|${column}`, run, table: name, column, unit: of });
+/** The fields of one table; `run` is null for a table that is of no run alone. */
+export function fieldsIn(run: Run | null, name: string, { table, unit }: NamedTable): Field[] {
+  const fieldOf = (column: string, of: string): Field => ({
+    id: `${run?.name ?? ''}|${name}|${column}`,
+    run: run?.name ?? '',
+    table: name,
+    column,
+    unit: of,
+    name: run ? fieldName(run, name, column) : column,
+    words: run ? searchText(run, name, column) : `${name} ${column}`,
+  });
   return table.columnNames.flatMap((column) => {
     // Quaternions are plotted as angles.
     if (name !== 'poses' || !column.includes('.q')) return [fieldOf(column, unit(column))];
@@ -64,11 +77,15 @@ export function seriesOf(named: NamedTable | null | undefined, column: string): 
   };
 }
 
-/** The fields whose names hold all words of the query, in any order and case. */
+/** The fields whose names hold all words of the query, in any order and case; those that have them as whole words first. */
 export function matchFields(fields: readonly Field[], query: string): Field[] {
   const words = query.toLowerCase().split(/\s+/).filter(Boolean);
-  return fields.filter((field) => {
-    const text = `${field.run} ${field.table} ${field.column}`.toLowerCase();
-    return words.every((word) => text.includes(word));
-  });
+  const found: { field: Field; whole: number }[] = [];
+  for (const field of fields) {
+    const text = field.words.toLowerCase();
+    if (!words.every((word) => text.includes(word))) continue;
+    const parts = text.split(/[^\p{L}\p{N}_]+/u);
+    found.push({ field, whole: words.filter((word) => parts.includes(word)).length });
+  }
+  return found.sort((a, b) => b.whole - a.whole).map(({ field }) => field);
 }

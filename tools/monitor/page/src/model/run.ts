@@ -331,6 +331,11 @@ export class Run {
     return list?.length ? list[list.length - 1].state : null;
   }
 
+  /** What it reported when it had a role last; null if it never had one. */
+  lastRole(module: string): ModuleState | null {
+    return this.states.get(module)?.filter(({ state }) => state.role).at(-1)?.state ?? null;
+  }
+
   /** Names of all modules, those of the description first. */
   get moduleNames(): string[] {
     const names = this.description.modules.map((m) => m.name);

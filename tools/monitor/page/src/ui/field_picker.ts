@@ -11,7 +11,7 @@ export class FieldPicker {
   readonly dialog: HTMLDialogElement;
   private readonly search = element('input', {
     type: 'search',
-    placeholder: 'e.g. m1 velocity, or foot y',
+    placeholder: 'e.g. knee velocity, or foot y',
     'aria-label': 'Parts of the field’s name',
     oninput: () => this.list(),
   });
@@ -48,7 +48,7 @@ export class FieldPicker {
     this.done = done;
     this.fields = this.session.runs.flatMap(fieldsOf);
     const { difference } = this.session;
-    if (difference) this.fields.push(...fieldsIn('', 'difference', difference));
+    if (difference) this.fields.push(...fieldsIn(null, 'difference', difference));
     this.search.value = '';
     this.list();
     this.dialog.showModal();
@@ -78,7 +78,7 @@ export class FieldPicker {
           { class: 'field' },
           box,
           element('span', { class: 'where' }, `${several && field.run ? `${field.run} · ` : ''}${field.table}`),
-          element('span', { class: 'what' }, field.column),
+          element('span', { class: 'what' }, field.name),
           field.unit && element('span', { class: 'quiet' }, field.unit),
         );
       }),

@@ -2,6 +2,7 @@
 
 import { parseFieldId, seriesOf } from '../model/fields.ts';
 import { labelledLinks } from '../model/difference.ts';
+import { fieldName, ownerOf } from '../model/names.ts';
 import type { Run } from '../model/run.ts';
 import type { Series } from '../plot/decimate.ts';
 import { Plot, type PlotLine, type PlotTheme } from '../plot/plot.ts';
@@ -181,10 +182,10 @@ export class PlotsPanel implements Panel {
   private ownColour(id: string): string | null {
     const parsed = parseFieldId(id);
     if (!parsed) return null;
-    const owner = parsed.column.split('.')[0];
-    if (parsed.table === 'difference') return this.context.colourOfRole(owner);
+    if (parsed.table === 'difference') return this.context.colourOfRole(parsed.column.split('.')[0]);
     const run = this.context.session.runs.find((r) => r.name === parsed.run);
-    return run?.moduleNames.includes(owner) ? this.context.lineColourOf(run, owner) : null;
+    const module = ownerOf(parsed.table, parsed.column)?.module;
+    return run && module && run.moduleNames.includes(module) ? this.context.lineColourOf(run, module) : null;
   }
 
   private resolve(id: string, colour: string): ResolvedLine | null {
@@ -212,7 +213,7 @@ export class PlotsPanel implements Panel {
   private nameOf(run: Run, table: string, column: string): string {
     const plain = table === 'poses' || table === 'joints' || table === 'channels';
     const letter = this.context.session.runs.length > 1 ? `${run.letter} ` : '';
-    return `${letter}${plain ? '' : `${table} `}${column}`;
+    return `${letter}${plain ? '' : `${table} `}${fieldName(run, table, column)}`;
   }
 
   private showLegend(view: PlotView, lines: readonly (ResolvedLine | null)[]): void {
