@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { fieldsOf, seriesOf } from '../src/model/fields.ts';
-import { endedText } from '../src/model/run.ts';
+import { endedText } from '../src/model/run_data.ts';
 import { Session } from '../src/model/session.ts';
 import { parseFrame } from '../src/protocol/messages.ts';
 import { MockServer, type MockSource } from './mock_server.ts';
@@ -59,7 +59,16 @@ test('a live run is taken up: links, shapes, roles, signs, joints', async () => 
   assert.equal(endedText({ ...state, endedBehaviors: 0 }), '');
   const X = run.pose(run.linkIndex('m2/base'), 50);
   [0.05, 0.04, 0.09].forEach((value, i) => assert.ok(Math.abs((X?.p[i] ?? NaN) - value) < 1e-12));
-  assert.equal(run.channels[0].rate, 50);
+  assert.deepEqual(
+    [0.98, 1, 1.98].map((time) => run.channelsAt(time).map(({ messages, rate }) => [messages, rate])[0]),
+    // Counted every second; before that nothing had been told.
+    [undefined, [50, 50], [50, 50]],
+  );
+  // What was said once has no rate.
+  assert.deepEqual(
+    run.channelsAt(1).filter((c) => c.messages === 1).map(({ name, rate }) => [name, rate]),
+    [['walk/INFO', NaN]],
+  );
   assert.deepEqual(session.range(), { begin: 0, end: 1.98, ended: false });
 });
 

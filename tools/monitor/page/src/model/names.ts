@@ -1,6 +1,7 @@
 /** What people call a quantity: by the role of its module and the label of its joint or link, with the model's names behind. */
 
-import type { ModuleState, Run } from './run.ts';
+import type { Run } from './run.ts';
+import type { ModuleState } from './run_data.ts';
 
 /** What a column of a table is of. */
 export interface Owner {
@@ -12,10 +13,13 @@ export interface Owner {
   quantity: string;
 }
 
+/** The tables whose columns are of links. */
+const LINK_TABLES = ['poses', 'propagated', 'contacts', 'pushes'];
+
 /** The owner of a column, by the names that ingest.ts gives; null for what is of no module. */
 export function ownerOf(table: string, column: string): Owner | null {
   const link = /^([^/.]+)\/([^.]+)\.(\w+)$/.exec(column);
-  if (link && (table === 'poses' || table === 'propagated'))
+  if (link && LINK_TABLES.includes(table))
     return { module: link[1], kind: 'link', part: link[2], quantity: link[3] };
   const joint = /^([^/.]+)\.(\S+) (.+)$/.exec(column);
   if (joint && (table === 'joints' || table === 'commands'))

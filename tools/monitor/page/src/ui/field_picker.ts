@@ -1,6 +1,6 @@
 /** A dialog in which fields to plot are found by typing parts of their names. */
 
-import { fieldsIn, fieldsOf, matchFields, type Field } from '../model/fields.ts';
+import { allFields, matchFields, type Field } from '../model/fields.ts';
 import type { Session } from '../model/session.ts';
 import { button, dialog, element, fill } from './dom.ts';
 
@@ -46,9 +46,7 @@ export class FieldPicker {
   open(chosen: readonly string[], done: (ids: string[]) => void): void {
     this.chosen = new Set(chosen);
     this.done = done;
-    this.fields = this.session.runs.flatMap(fieldsOf);
-    const { difference } = this.session;
-    if (difference) this.fields.push(...fieldsIn(null, 'difference', difference));
+    this.fields = allFields(this.session);
     this.search.value = '';
     this.list();
     this.dialog.showModal();
