@@ -2,14 +2,19 @@
 
 #include <assimp/BaseImporter.h>
 #include <assimp/importerdesc.h>
+#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <assimp/IOStream.hpp>
+#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <memory>
 
@@ -35,40 +40,40 @@ std::optional<size_t> BinaryTriangles(const std::string& bytes) {
   return count;
 }
 
-/// Lets the importer read STL and nothing else, whatever the bytes look like.
-void KeepStlOnly(Assimp::Importer* importer) {
+/// Opens no file, whatever others a mesh names: all that is read has been given as bytes.
+class NoFiles : public Assimp::IOSystem {
+ public:
+  bool Exists(const char* /*path*/) const override { return false; }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* /*path*/, const char* /*mode*/) override { return nullptr; }
+  void Close(Assimp::IOStream* /*file*/) override {}
+};
+
+/// Lets the importer read one format and nothing else, whatever the bytes look like.
+/// @param extension  among those of the format: "stl".
+void KeepOnly(const std::string& extension, Assimp::Importer* importer) {
   // From the last to the first, since unregistering moves those behind.
   for (size_t i = importer->GetImporterCount(); i-- > 0;) {
     const aiImporterDesc* description = importer->GetImporterInfo(i);
-    if (description != nullptr && std::string(description->mFileExtensions) == "stl") continue;
+    // Its extensions are a list with spaces between them.
+    const std::string all = description ? fmt::format(" {} ", description->mFileExtensions) : "";
+    if (all.find(" " + extension + " ") != std::string::npos) continue;
     // What is unregistered is ours to delete.
     const std::unique_ptr<Assimp::BaseImporter> other(importer->GetImporter(i));
     importer->UnregisterLoader(other.get());
   }
 }
 
-}  // namespace
-
-Result<std::vector<Eigen::Vector3d>> ReadMeshHull(const std::string& path) {
-  const Result<std::string> bytes = source::ReadSourceFile(path);
-  if (!bytes) return Fail(bytes.error().message);
-  return MeshHull(path, *bytes);
-}
-
-Result<MeshTriangles> ParseMesh(const std::string& name, const std::string& bytes) {
+/// The triangles of bytes that have been looked at, read as the format of that extension.
+/// @param flags  what the library is to do with them, of aiPostProcessSteps.
+Result<MeshTriangles> ParseAs(const std::string& extension, unsigned flags, const std::string& name,
+                              const std::string& bytes) {
   const auto bad = [&](const std::string& why) { return Fail("mesh '" + name + "' " + why); };
-  // What is neither a whole binary file nor begins as a text does is not given to the library.
-  const std::optional<size_t> binary = BinaryTriangles(bytes);
-  // Binary files may begin with the same word, and are known by their length first.
-  const bool text = bytes.rfind("solid", 0) == 0 && bytes.find('\0') == std::string::npos;
-  if (!binary && !text) return bad("is no STL file, or one that was cut");
-  const size_t most = binary ? *binary : bytes.size() / kTextTriangleBytes;
-  if (binary && most > kMaxTriangles) {
-    return bad(fmt::format("has {} triangles, the most is {}", most, kMaxTriangles));
-  }
   Assimp::Importer importer;
-  KeepStlOnly(&importer);
-  const aiScene* scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "stl");
+  importer.SetIOHandler(new NoFiles);
+  KeepOnly(extension, &importer);
+  const aiScene* scene =
+      importer.ReadFileFromMemory(bytes.data(), bytes.size(), flags, extension.c_str());
   if (scene == nullptr) return bad(std::string("cannot be read: ") + importer.GetErrorString());
   // Triangles share their corners: each is taken once.
   MeshTriangles result;
@@ -105,6 +110,49 @@ Result<MeshTriangles> ParseMesh(const std::string& name, const std::string& byte
   }
   if (result.points.empty()) return bad("has no triangle");
   return result;
+}
+
+}  // namespace
+
+Result<std::vector<Eigen::Vector3d>> ReadMeshHull(const std::string& path) {
+  const Result<std::string> bytes = source::ReadSourceFile(path);
+  if (!bytes) return Fail(bytes.error().message);
+  return MeshHull(path, *bytes);
+}
+
+Result<MeshTriangles> ParseMesh(const std::string& name, const std::string& bytes) {
+  const auto bad = [&](const std::string& why) { return Fail("mesh '" + name + "' " + why); };
+  // What is neither a whole binary file nor begins as a text does is not given to the library.
+  const std::optional<size_t> binary = BinaryTriangles(bytes);
+  // Binary files may begin with the same word, and are known by their length first.
+  const bool text = bytes.rfind("solid", 0) == 0 && bytes.find('\0') == std::string::npos;
+  if (!binary && !text) return bad("is no STL file, or one that was cut");
+  const size_t most = binary ? *binary : bytes.size() / kTextTriangleBytes;
+  if (binary && most > kMaxTriangles) {
+    return bad(fmt::format("has {} triangles, the most is {}", most, kMaxTriangles));
+  }
+  return ParseAs("stl", 0, name, bytes);
+}
+
+Result<MeshTriangles> ReadMesh(const std::string& path) {
+  const Result<std::string> bytes = source::ReadSourceFile(path);
+  if (!bytes) return Fail(bytes.error().message);
+  return ParseAnyMesh(path, *bytes);
+}
+
+Result<MeshTriangles> ParseAnyMesh(const std::string& name, const std::string& bytes) {
+  std::string extension = std::filesystem::path(name).extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".stl") return ParseMesh(name, bytes);
+  // Nodes of a scene stand where their parents put them, and faces may have more than three
+  // corners.
+  constexpr unsigned kFlags = aiProcess_Triangulate | aiProcess_PreTransformVertices;
+  if (extension == ".obj") return ParseAs("obj", kFlags, name, bytes);
+  if (extension == ".gltf" || extension == ".glb") {
+    return ParseAs(extension.substr(1), kFlags, name, bytes);
+  }
+  return Fail("mesh '" + name + "': its name ends in none of .stl, .obj, .gltf and .glb");
 }
 
 Result<std::vector<Eigen::Vector3d>> MeshHull(const std::string& name, const std::string& bytes) {

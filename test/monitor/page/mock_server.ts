@@ -311,10 +311,12 @@ export class MockServer {
             id: `${name}/${m}/${link}`,
             frameId: `${name}/${m}/${link}`,
             frameLocked: true,
-            triangles: [cube(0.03)],
+            // The base has a part of a colour of its own.
+            triangles: link === 'base' ? [cube(0.03), { ...cube(0.01), color: { r: 1, g: 0.5, b: 0, a: 1 } }] : [cube(0.03)],
+            metadata: link === 'base' ? [{ key: 'own_colors', value: '1' }] : [],
           })),
         ).concat([
-          { id: `${name}/obstacles/block`, frameId: `${name}/world`, frameLocked: true, triangles: [cube(0.1)] },
+          { id: `${name}/obstacles/block`, frameId: `${name}/world`, frameLocked: true, triangles: [cube(0.1)], metadata: [] },
         ]),
       },
       modules: {

@@ -41,6 +41,11 @@ test('a live run is taken up: links, shapes, roles, signs, joints', async () => 
   assert.equal(run.poses.length, 100);
   assert.equal(run.links.length, 6);
   assert.equal(run.shapes.get('m1/tip')?.indices?.length, 36);
+  assert.equal(run.shapes.get('m1/tip')?.ownColours, null);
+  // Of two cubes of eight corners the second one keeps its colour.
+  const own = run.shapes.get('m1/base')?.ownColours;
+  assert.equal(own?.length, 2 * 8 * 4);
+  assert.deepEqual([...(own?.slice(28, 36) ?? [])], [0, 0, 0, 0, 1, 0.5, 0, 1]);
   assert.deepEqual([...run.obstacles.keys()], ['walk/obstacles/block']);
   assert.equal(run.obstacles.get('walk/obstacles/block')?.indices?.length, 36);
   const state = run.stateAt('m2', 1);

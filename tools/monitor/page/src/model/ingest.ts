@@ -66,14 +66,20 @@ function takeScene(run: Run, _: number, message: Decoded): void {
     // All triangles of the entity in one list of points.
     const points: number[] = [];
     const indices: number[] = [];
-    for (const list of entity.triangles) {
+    const own = new Set((entity.metadata.find((m: any) => m.key === 'own_colors')?.value ?? '').split(' '));
+    const colours: number[] = [];
+    for (const [number, list] of entity.triangles.entries()) {
       const base = points.length / 3;
+      const c = list.color;
+      const colour = own.has(String(number)) ? [c.r, c.g, c.b, 1] : [0, 0, 0, 0];
+      for (let i = 0; i < list.points.length; i++) colours.push(...colour);
       for (const p of list.points) points.push(p.x, p.y, p.z);
       if (list.indices.length) for (const i of list.indices) indices.push(base + i);
       else for (let i = 0; i < list.points.length; i++) indices.push(base + i);
     }
     if (!points.length) continue;
-    const shape = { positions: new Float32Array(points), indices: new Uint32Array(indices) };
+    const ownColours = colours.some((c) => c) ? new Float32Array(colours) : null;
+    const shape = { positions: new Float32Array(points), indices: new Uint32Array(indices), ownColours };
     if (obstacle) run.obstacles.set(obstacle, shape);
     else if (link) run.shapes.set(link, shape);
   }

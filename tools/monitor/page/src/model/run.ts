@@ -156,6 +156,8 @@ export interface ProcessHealth {
 export interface Shape {
   positions: Float32Array;
   indices: Uint32Array | null;
+  /** For each point the colour that it keeps whatever its module's is, red, green and blue from 0 to 1, and 1; or zeros. */
+  ownColours: Float32Array | null;
 }
 
 /** Something that was done to the run or to which it came, for the time line. */

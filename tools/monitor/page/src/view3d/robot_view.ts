@@ -58,6 +58,7 @@ function geometryOf(shape: Shape | undefined): BufferGeometry {
   if (shape) {
     const indexed = new BufferGeometry();
     indexed.setAttribute('position', new BufferAttribute(shape.positions, 3));
+    if (shape.ownColours) indexed.setAttribute('ownColour', new BufferAttribute(shape.ownColours, 4));
     if (shape.indices) indexed.setIndex(new BufferAttribute(shape.indices, 1));
     geometry = shape.indices ? indexed.toNonIndexed() : indexed;
     geometry.computeVertexNormals();
@@ -65,6 +66,10 @@ function geometryOf(shape: Shape | undefined): BufferGeometry {
     geometry = new BoxGeometry(0.02, 0.02, 0.02).toNonIndexed();
   }
   addEdges(geometry);
+  if (!geometry.hasAttribute('ownColour')) {
+    const none = new Float32Array(geometry.getAttribute('position').count * 4);
+    geometry.setAttribute('ownColour', new BufferAttribute(none, 4));
+  }
   return geometry;
 }
 
