@@ -40,6 +40,7 @@ class ProgramWords {
   /// Images that were deployed, by hash, as SENSORS handed them over. They are verified when
   /// they are first asked for.
   std::map<uint64_t, std::string>& deployed() { return deployed_; }
+  [[nodiscard]] const std::map<uint64_t, std::string>& deployed() const { return deployed_; }
   /// A fault of a module of this type that ran the program with this hash.
   ReportWords Fault(uint64_t program_hash, const std::string& type, const vm::Fault& fault);
   /// The hash of the image that the source of a program compiles to: its own, unless a run has set

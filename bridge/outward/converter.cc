@@ -101,6 +101,11 @@ void Converter::Begin(const OutwardSink& sink) {
   Send(OutwardTopic::kScene, 0, SceneOf(source_, *run_));
 }
 
+std::string Converter::DeployedImage(uint64_t hash) const {
+  const auto found = words_.deployed().find(hash);
+  return found == words_.deployed().end() ? "" : found->second;
+}
+
 void Converter::Repeat(const OutwardSink& sink) {
   sink_ = &sink;
   // Both are made to look as if they had never been told.
@@ -303,9 +308,13 @@ void Converter::OnWorld(const RunMessage& /*message*/, morphbus::world_t&& world
   if (!BeginGathering(world.header, &world_, &Converter::SendWorld)) return;
   // The first part of a tick takes the place of the bodies of the tick before; a part that comes
   // twice counts once.
-  if (world_.have.empty()) bodies_.clear();
+  if (world_.have.empty()) {
+    bodies_.clear();
+    contacts_.clear();
+  }
   if (!world_.have.insert(world.part).second) return;
   bodies_.insert(bodies_.end(), world.bodies.begin(), world.bodies.end());
+  contacts_.insert(contacts_.end(), world.contacts.begin(), world.contacts.end());
   if (static_cast<int>(world_.have.size()) == world.num_parts) SendWorld();
 }
 
@@ -342,6 +351,7 @@ void Converter::SendWorld() {
     }
   }
   Send(OutwardTopic::kTransforms, world_.time_us, transforms);
+  SendForces();
 }
 
 void Converter::OnTransform(const RunMessage& message, morphbus::transform_t&& transform) {

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <morphbus/body_pose_t.hpp>
+#include <morphbus/contact_force_t.hpp>
 #include <morphbus/pose_t.hpp>
 #include <morphbus/status_t.hpp>
 #include <optional>
@@ -73,6 +74,13 @@ class Converter : private RunMessageHandler {
   /// Whether CLOCK has told of the end.
   [[nodiscard]] bool ended() const { return clock_.ended(); }
   [[nodiscard]] const RunModel& run() const { return *run_; }
+  /// What was heard last, by module: states, connections, and joint positions (rad or m; empty
+  /// before the first).
+  [[nodiscard]] const std::vector<morphbus::ModuleState>& states() const { return states_; }
+  [[nodiscard]] const Dockings& dockings() const { return dockings_; }
+  [[nodiscard]] const std::vector<std::vector<double>>& positions() const { return position_; }
+  /// The image with this hash, as it was handed out during the run; empty if none was.
+  [[nodiscard]] std::string DeployedImage(uint64_t hash) const;
 
  private:
   /// What is put together of several messages of one tick: SENSORS' or WORLD's parts, or a message
@@ -101,6 +109,7 @@ class Converter : private RunMessageHandler {
   void SendJoints();
   void SendWorld();
   void SendPropagated();
+  void SendForces();
   void SendCommands();
   /// Sends all that waits.
   void SendAll();
@@ -159,6 +168,7 @@ class Converter : private RunMessageHandler {
   // What is being gathered.
   Gathering sensors_, world_, transforms_, actuators_;
   std::vector<morphbus::body_pose_t> bodies_;
+  std::vector<morphbus::contact_force_t> contacts_;
   std::vector<std::vector<morphbus::pose_t>> X_RL_;  ///< By module; empty without a pose.
   morphbus::Commands commands_;
 
@@ -169,6 +179,7 @@ class Converter : private RunMessageHandler {
   LinkPose X_WR_;  ///< The robot frame in W.
 
   // What was sent last of what is told when it changes.
+  bool sent_forces_ = false;  ///< Whether it had any.
   bool modules_changed_ = false;
   std::string sent_connections_;
 

@@ -1,5 +1,7 @@
 #include "bridge/outward/scene.h"
 
+#include <utility>
+
 #include "compiler/model/convex_hull.h"
 #include "compiler/world/obstacle.h"
 
@@ -31,6 +33,22 @@ void FillTriangles(const std::vector<Eigen::Vector3d>& points,
 /// A convex part, such as of a link. A flat one has its two sides, back to back.
 void FillHull(const model::ConvexHull& hull, foxglove::TriangleListPrimitive* out) {
   FillTriangles(hull.vertices, hull.triangles, out);
+}
+
+/// Turns the points of a part into the triangles of their convex hull.
+void TakeHull(model::VisualPart* part) {
+  model::ConvexHull hull = model::ComputeHull(part->points);
+  part->points = std::move(hull.vertices);
+  part->triangles = std::move(hull.triangles);
+}
+
+foxglove::Color Opaque(const Color& rgb) {
+  foxglove::Color color;
+  color.set_r(rgb[0]);
+  color.set_g(rgb[1]);
+  color.set_b(rgb[2]);
+  color.set_a(1.0);
+  return color;
 }
 
 void AddMetadata(const std::string& key, const std::string& value, foxglove::SceneEntity* entity) {
@@ -83,15 +101,7 @@ std::string LinkFrame(const std::string& prefix, const RunModel& run, int module
   return prefix + "/" + run.robot->modules[module].name + "/" + run.TypeOf(module).links[link].name;
 }
 
-foxglove::Color ModuleColor(int module) {
-  const Color rgb = PaletteColor(module);
-  foxglove::Color color;
-  color.set_r(rgb[0]);
-  color.set_g(rgb[1]);
-  color.set_b(rgb[2]);
-  color.set_a(1.0);
-  return color;
-}
+foxglove::Color ModuleColor(int module) { return Opaque(PaletteColor(module)); }
 
 foxglove::SceneUpdate SceneOf(const std::string& source, const RunModel& run) {
   foxglove::SceneUpdate scene;
@@ -100,20 +110,26 @@ foxglove::SceneUpdate SceneOf(const std::string& source, const RunModel& run) {
     const model::ModuleType& type = run.TypeOf(module);
     for (size_t l = 0; l < type.links.size(); ++l) {
       // Without triangles there is nothing to see: no hull, or one that is a point or a line.
-      std::vector<model::ConvexHull> parts;
-      for (const auto& points : type.links[l].Parts()) parts.push_back(model::ComputeHull(points));
-      std::erase_if(parts, [](const model::ConvexHull& part) { return part.triangles.empty(); });
+      std::vector<model::VisualPart> parts;
+      for (model::VisualPart& part : type.links[l].Looks()) {
+        if (part.triangles.empty()) TakeHull(&part);
+        if (!part.triangles.empty()) parts.push_back(std::move(part));
+      }
       if (parts.empty()) continue;
       const std::string frame = LinkFrame(source, run, module, static_cast<int>(l));
       foxglove::SceneEntity& entity = AddEntity(frame, frame, &scene);
       AddMetadata("module", run.robot->modules[m].name, &entity);
       AddMetadata("type", type.name, &entity);
       AddMetadata("link", type.links[l].name, &entity);
-      for (const model::ConvexHull& part : parts) {
+      std::string own_colors;
+      for (size_t i = 0; i < parts.size(); ++i) {
         foxglove::TriangleListPrimitive& triangles = *entity.add_triangles();
-        FillHull(part, &triangles);
-        *triangles.mutable_color() = ModuleColor(module);
+        FillTriangles(parts[i].points, parts[i].triangles, &triangles);
+        *triangles.mutable_color() = parts[i].color ? Opaque(*parts[i].color) : ModuleColor(module);
+        if (parts[i].color) own_colors += (own_colors.empty() ? "" : " ") + std::to_string(i);
       }
+      // Who shows modules in colours of roles leaves these lists of triangles as they are.
+      if (!own_colors.empty()) AddMetadata("own_colors", own_colors, &entity);
     }
   }
   for (const world::Obstacle& obstacle : run.obstacles) AddObstacle(source, obstacle, &scene);

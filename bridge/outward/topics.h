@@ -27,6 +27,7 @@ enum class OutwardTopic : uint8_t {
   kLog,
   kHealth,
   kChannels,
+  kForces,
 };
 
 /// A row of the table of topics.
@@ -42,7 +43,7 @@ struct OutwardTopicInfo {
 };
 
 /// All topics, in the order of OutwardTopic.
-inline constexpr std::array<OutwardTopicInfo, 16> kOutwardTopics = {{
+inline constexpr std::array<OutwardTopicInfo, 17> kOutwardTopics = {{
     {OutwardTopic::kDescription, "description", "morphbus.Description", true},
     {OutwardTopic::kScene, "scene", "foxglove.SceneUpdate", true},
     {OutwardTopic::kClock, "clock", "morphbus.Clock", true},
@@ -59,6 +60,7 @@ inline constexpr std::array<OutwardTopicInfo, 16> kOutwardTopics = {{
     {OutwardTopic::kLog, "log", "foxglove.Log", false},
     {OutwardTopic::kHealth, "health", "morphbus.Health", false},
     {OutwardTopic::kChannels, "channels", "morphbus.Channels", true},
+    {OutwardTopic::kForces, "forces", "morphbus.Forces", true},
 }};
 
 /// The row of a topic.

@@ -156,7 +156,9 @@ Type CallChecker::InferOverNeighbours(Expr* call) {
     return result;
   }
   Expr* asked = call->operands[1].get();
-  if (asked->type == Type::kError || asked->type == Type::kUnknown) return result;
+  if (asked->type == Type::kError) return result;
+  // What is not known yet is no error: whoever wants to know it now says so.
+  if (asked->type == Type::kUnknown) return result == Type::kError ? Type::kUnknown : result;
   // `count` of a set is the number of those that have told their fields.
   const bool of_set = counts && asked->type == Type::kSet;
   const int role = of_set ? RoleOf(*asked) : asked->role;
@@ -178,7 +180,10 @@ Type CallChecker::InferOverNeighbours(Expr* call) {
   // One walk over neighbours ends before another begins, so that all share a local.
   call->meaning = Meaning::kOverNeighbours;
   call->role = role;
-  if (!of_set) call->index = scope_.Hidden("neighbours", call->span, Type::kSet);
+  // A value has no variables; that it cannot ask neighbours is said where it stands.
+  if (!of_set && scope_.routine() != nullptr) {
+    call->index = scope_.Hidden("neighbours", call->span, Type::kSet);
+  }
   scope_.Uses(vm::Opcode::kTelling, call->operands[0]->span, name);
   return wants_bool ? result : asked->type;
 }

@@ -119,8 +119,8 @@ void Checker::CheckFieldValues(int role) {
     // holds as well.
     slot.parameter = ParameterOf(*value);
     if (own && decl.kept) CheckKept(decl, slot, *value);
-    if (slot.traced && pass_.is_final() && !IsNumber(decl.type) && decl.type != Type::kBool &&
-        decl.type != Type::kError) {
+    if (own && slot.traced && pass_.is_final() && !IsNumber(decl.type) &&
+        decl.type != Type::kBool && decl.type != Type::kError) {
       pass_.Error(value->span, "field '" + decl.name + "' is traced, but is " + NameOf(decl.type))
           .hint = "numbers and bools are traced";
     }

@@ -135,7 +135,8 @@ void DumpConstants(const std::vector<ConstantDecl>& constants, const std::string
 
 // The word of the member, its name, its parameters or value, then its body.
 void DumpMember(const Member& member, std::string* out) {
-  *out += std::string(member.shared ? "  shared " : "  ") + NameOf(member.kind);
+  *out += std::string(member.shared ? "  shared " : "  ") + (member.kept ? "kept " : "") +
+          NameOf(member.kind);
   // A requirement has no name, a field no word of its own.
   if (!member.name.empty()) *out += " " + member.name;
   if (member.body != nullptr) {
@@ -189,6 +190,7 @@ std::string DumpAst(const Program& program) {
            "\n";
     DumpConstants(role.constants, "  ", &out);
     for (const Member& member : role.members) DumpMember(member, &out);
+    for (const Trace& trace : role.traces) out += "  trace " + trace.name + "\n";
   }
   return out;
 }

@@ -57,7 +57,10 @@ class Linter {
   void LintUnused() {
     // The checker has noted what is read and called.
     for (const FieldDecl& decl : model_.fields) {
-      if (!decl.read) diagnostics_.Warning(decl.span, "field '" + decl.name + "' is never read");
+      // Of an array it is said once.
+      const std::string& name = decl.array.empty() ? decl.name : decl.array;
+      if (decl.read || (!decl.array.empty() && decl.name != decl.array + "[0]")) continue;
+      diagnostics_.Warning(decl.span, "field '" + name + "' is never read");
     }
     for (const ConstantModel& constant : model_.constants) {
       // That some values of an enumeration are not used yet is no slip.
@@ -340,6 +343,7 @@ class Linter {
   static bool MayWaitOrLeave(const Stmt& statement) {
     if (statement.kind == StmtKind::kReturn || statement.kind == StmtKind::kBreak) return true;
     if (statement.expr != nullptr && MayWait(*statement.expr)) return true;
+    if (statement.subscript != nullptr && MayWait(*statement.subscript)) return true;
     return std::any_of(statement.body.begin(), statement.body.end(),
                        [](const StmtPtr& inner) { return MayWaitOrLeave(*inner); });
   }

@@ -129,7 +129,7 @@ void ProgramParser::ParseFunction(Program* program) {
     program->root->name = "Module";
     program->root->span = program->root->name_span = in_.Peek().span;
   }
-  if (program->root->members.size() == kMaxMembers) {
+  if (program->root->members.size() >= kMaxMembers) {
     in_.GiveUp(in_.Peek().span, "too many functions outside roles",
                "at most " + std::to_string(kMaxMembers));
     return;
@@ -205,7 +205,7 @@ void ProgramParser::ParseMembers(Role* role) {
       if (in_.failed()) SkipMember();
       continue;
     }
-    if (role->members.size() == kMaxMembers) {
+    if (role->members.size() >= kMaxMembers) {
       in_.GiveUp(in_.Peek().span, "role '" + role->name + "' has too many members",
                  "at most " + std::to_string(kMaxMembers));
       return;
@@ -384,6 +384,11 @@ void ProgramParser::AddElements(Member* array, Role* role) {
     return;
   }
   const int length = listed ? static_cast<int>(values) : array->length;
+  if (role->members.size() + static_cast<size_t>(length) > kMaxMembers) {
+    in_.GiveUp(array->name_span, "role '" + role->name + "' has too many members",
+               "at most " + std::to_string(kMaxMembers) + "; each element of an array is one");
+    return;
+  }
   for (int i = 0; i < length; ++i) {
     Member element;
     element.span = array->span;

@@ -411,7 +411,11 @@ class Builder {
       const Member* declaration = model_.FieldOfSubroles(index, name, nullptr);
       if (declaration == nullptr) continue;
       role.fields.push_back({.decl = static_cast<int>(model_.fields.size())});
-      model_.fields.push_back({.name = name, .span = declaration->name_span, .implied = true});
+      model_.fields.push_back({.name = name,
+                               .span = declaration->name_span,
+                               .implied = true,
+                               .shared = declaration->shared,
+                               .kept = declaration->kept});
     }
   }
 
@@ -525,6 +529,9 @@ class Builder {
     const auto shared = std::ranges::count_if(
         role->fields, [this](const FieldSlot& slot) { return model_.fields[slot.decl].shared; });
     check(static_cast<size_t>(shared), vm::kMaxSharedFields, "shared field");
+    const auto kept = std::ranges::count_if(
+        role->fields, [this](const FieldSlot& slot) { return model_.fields[slot.decl].kept; });
+    check(static_cast<size_t>(kept), vm::kMaxKeptFields, "kept field");
     const auto traced =
         std::ranges::count_if(role->fields, [](const FieldSlot& slot) { return slot.traced; });
     check(static_cast<size_t>(traced), vm::kMaxTracedFields, "traced field");

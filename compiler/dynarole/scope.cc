@@ -27,6 +27,7 @@ void Scope::EnterValue(int role) {
   routine_ = nullptr;
   role_ = role;
   locals_.clear();
+  hidden_.clear();
 }
 
 bool Scope::InTask() const {

@@ -61,7 +61,7 @@ Diagnostic* TokenReader::Unexpected(const std::string& wanted, std::string hint)
   // Names and numbers are shown as they stand in the text.
   const std::string found =
       HasText(token.kind) ? "'" + TextOf(token).substr(0, 40) + "'" : Describe(token.kind);
-  // Brackets stand round the range of a parameter, and nowhere else.
+  // Brackets stand round the range of a parameter, and in arrays.
   if (token.kind == TokenKind::kLeftBracket && hint.empty()) {
     hint = "elements are those of an array, a variable or field: NAME[0]";
   }

@@ -1,7 +1,11 @@
 #include "compiler/emit/meshes.h"
 
+#include <fmt/format.h>
+
 #include <bit>
 #include <cstdint>
+#include <set>
+#include <utility>
 
 #include "compiler/model/link_mass.h"
 
@@ -55,6 +59,40 @@ std::vector<std::string> MeshNames(const model::Model& model, const TreeLink& li
   return names;
 }
 
+std::vector<LookMesh> LooksOf(const model::Model& model, const TreeLink& link) {
+  // Other programs take no mesh without a volume.
+  constexpr double kPlate_m = 0.5e-3;
+  const model::ModuleType& type = model.module_types[link.type];
+  const model::Link& source = type.links[link.link];
+  std::vector<LookMesh> looks;
+  for (const model::VisualPart& part : source.visual) {
+    LookMesh& look = looks.emplace_back();
+    look.name = fmt::format("{}.{}.look{}", type.name, source.name, looks.size());
+    look.color = part.color;
+    look.points = part.points;
+    look.triangles = part.triangles;
+    if (!part.triangles.empty() && model::ComputeHull(part.points).dimension == 3) continue;
+    const model::ConvexHull hull = model::ComputeHull(model::ThickenFlat(part.points, kPlate_m));
+    look.points = hull.vertices;
+    look.triangles = hull.triangles;
+  }
+  return looks;
+}
+
+std::string LookAddress(const LookMesh& look, const MeshPlace& place) {
+  return place.prefix + MeshPath(look.name, place.stem);
+}
+
+std::map<std::string, LookMesh> LooksOf(const model::Model& model, const RobotTree& tree) {
+  std::map<std::string, LookMesh> looks;
+  std::set<std::pair<int, int>> done;
+  for (const TreeLink& link : tree.links) {
+    if (!done.emplace(link.type, link.link).second) continue;
+    for (LookMesh& look : LooksOf(model, link)) looks.try_emplace(look.name, std::move(look));
+  }
+  return looks;
+}
+
 std::string PartName(const std::string& name, size_t number) {
   return name + ".part" + std::to_string(number);
 }
@@ -91,6 +129,9 @@ std::vector<CompanionFile> MeshFiles(const model::Model& model, const RobotTree&
   std::vector<CompanionFile> files;
   for (const auto& [name, hull] : MeshesOf(model, tree)) {
     files.push_back({MeshPath(name, place.stem), Stl(hull.vertices, hull.triangles)});
+  }
+  for (const auto& [name, look] : LooksOf(model, tree)) {
+    files.push_back({MeshPath(name, place.stem), Stl(look.points, look.triangles)});
   }
   return files;
 }

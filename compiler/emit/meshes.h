@@ -2,7 +2,9 @@
 // The links' hulls, and obstacles that are meshes, as mesh files, for formats that cannot hold a
 // mesh themselves.
 
+#include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +26,24 @@ struct MeshPlace {
 /// part: "MTRAN.active_block"; none for a link without hull.
 std::vector<std::string> MeshNames(const model::Model& model, const TreeLink& link);
 
+/// A part of how a link looks, as a solid mesh in the link's own frame (m).
+struct LookMesh {
+  std::string name;  ///< "MTRAN.active_block.look1"
+  std::vector<Eigen::Vector3d> points;
+  std::vector<std::array<int, 3>> triangles;
+  std::optional<Color> color;  ///< Absent: the module's.
+};
+
+/// How a link looks that does not look like its hull; none for one that does. Flat parts are
+/// thickened. Modules of one type share their meshes.
+std::vector<LookMesh> LooksOf(const model::Model& model, const TreeLink& link);
+
+/// Where the main file finds the mesh of a part of how a link looks.
+std::string LookAddress(const LookMesh& look, const MeshPlace& place);
+
+/// All of them in the tree, each once, by name.
+std::map<std::string, LookMesh> LooksOf(const model::Model& model, const RobotTree& tree);
+
 /// What part number `number`, counted from 1, of something that is called `name` is called.
 std::string PartName(const std::string& name, size_t number);
 
@@ -40,8 +60,9 @@ CompanionFile ObstacleMesh(const world::Obstacle& obstacle, size_t number, const
 /// share theirs.
 std::map<std::string, model::ConvexHull> MeshesOf(const model::Model& model, const RobotTree& tree);
 
-/// The meshes of all links of the tree, each once, as binary STL: corners in metres in the link's
-/// own frame. A flat hull is thickened, since other programs take no mesh without a volume.
+/// The meshes of all links of the tree, their hulls and how they look, each once, as binary STL:
+/// corners in metres in the link's own frame. A flat hull is thickened, since other programs take
+/// no mesh without a volume.
 std::vector<CompanionFile> MeshFiles(const model::Model& model, const RobotTree& tree,
                                      const MeshPlace& place);
 

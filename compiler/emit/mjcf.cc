@@ -39,6 +39,10 @@ constexpr int kMostLevels = 64;
 /// The folder of a deep tree's parts, beside the main file: "robot_parts".
 std::string MjcfPartsFolder(const std::string& stem) { return stem + "_parts"; }
 
+/// Of geoms: what viewers show unless they are told otherwise, and what they do not.
+constexpr const char* kSeenGroup = "1";
+constexpr const char* kUnseenGroup = "3";
+
 /// Name of the body that a joint which closes a loop moves: "m1.joint_1.loop".
 std::string MjcfLoopBody(const TreeLoop& loop) { return loop.name + ".loop"; }
 
@@ -72,12 +76,24 @@ class MjcfBodies {
       const Body& body = AppendBody(link.parent, link.name, link.joint, link.X_PL);
       AppendMass(body.node, link, 1.0 / bodies_of[i]);
       const std::vector<std::string> meshes = MeshNames(model_, link);
+      // What is only seen comes in the group that viewers show, and touches nothing.
+      const std::vector<LookMesh> looks = LooksOf(model_, link);
+      for (const LookMesh& look : looks) {
+        pugi::xml_node geom = xml::Append(body.node, "geom",
+                                          {{"type", "mesh"},
+                                           {"mesh", look.name},
+                                           {"contype", "0"},
+                                           {"conaffinity", "0"},
+                                           {"group", kSeenGroup}});
+        if (look.color) xml::Set(geom, "rgba", Rgba(*look.color));
+      }
       for (size_t part = 0; part < meshes.size(); ++part) {
         const std::string name =
             meshes.size() == 1 ? link.name : FreeName(tree_, PartName(link.name, part + 1));
-        AppendFriction(LinkOf(model_, link).friction,
-                       xml::Append(body.node, "geom",
-                                   {{"name", name}, {"type", "mesh"}, {"mesh", meshes[part]}}));
+        pugi::xml_node geom = xml::Append(
+            body.node, "geom", {{"name", name}, {"type", "mesh"}, {"mesh", meshes[part]}});
+        if (!looks.empty()) xml::Set(geom, "group", kUnseenGroup);
+        AppendFriction(LinkOf(model_, link).friction, geom);
       }
     }
     // After the links, so that MuJoCo numbers those of a body's children first.
@@ -243,10 +259,10 @@ std::pair<std::string, std::string> MjcfShape(const world::Obstacle& obstacle) {
 
 /// A mesh by its corners, of which MuJoCo takes the hull.
 template <typename Points>
-void AppendMesh(pugi::xml_node asset, const std::string& name, const Points& corners) {
+pugi::xml_node AppendMesh(pugi::xml_node asset, const std::string& name, const Points& corners) {
   std::string text;
   for (const Eigen::Vector3d& p : corners) text += (text.empty() ? "" : "  ") + Triple(p);
-  xml::Append(asset, "mesh", {{"name", name}, {"vertex", text}});
+  return xml::Append(asset, "mesh", {{"name", name}, {"vertex", text}});
 }
 
 /// Writes one MJCF file with the parts that belong to it. Write is called once.
@@ -310,9 +326,17 @@ class MjcfWriter {
   /// The meshes of all links.
   void AppendMeshes() {
     const std::map<std::string, model::ConvexHull> meshes = MeshesOf(model_, tree_);
-    if (meshes.empty()) return;
+    const std::map<std::string, LookMesh> looks = LooksOf(model_, tree_);
+    if (meshes.empty() && looks.empty()) return;
     const pugi::xml_node asset = xml::Append(root_, "asset");
     for (const auto& [name, hull] : meshes) AppendMesh(asset, name, hull.vertices);
+    for (const auto& [name, look] : looks) {
+      std::string faces;
+      for (const std::array<int, 3>& t : look.triangles) {
+        faces += fmt::format("{}{} {} {}", faces.empty() ? "" : "  ", t[0], t[1], t[2]);
+      }
+      xml::Set(AppendMesh(asset, name, look.points), "face", faces);
+    }
   }
 
   /// The body of the robot frame, turned for a world whose z is up and free to move.

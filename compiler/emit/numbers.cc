@@ -16,6 +16,10 @@ std::string Triple(const Eigen::Vector3d& v) {
   return Number(v.x()) + " " + Number(v.y()) + " " + Number(v.z());
 }
 
+std::string Rgba(const Color& color) {
+  return fmt::format("{:.3g} {:.3g} {:.3g} 1", color[0], color[1], color[2]);
+}
+
 // Where x points along z, only roll and yaw together are determined, and yaw is 0.
 Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R) {
   // Upright: x does not point along z, so that its direction in the plane tells the yaw.

@@ -7,11 +7,16 @@
 #include <string>
 #include <utility>
 
+#include "compiler/base/role_colors.h"
+
 namespace morphbus::emit {
 
 std::string Number(double value);
 /// "x y z"
 std::string Triple(const Eigen::Vector3d& v);
+
+/// "r g b 1": a colour that nothing shines through, each part from 0 to 1 in three digits.
+std::string Rgba(const Color& color);
 
 /// Roll, pitch, yaw (rad) about fixed axes: R = Rz(yaw) * Ry(pitch) * Rx(roll). Exact to rounding
 /// also where pitch is 90 degrees and roll and yaw are not determined one by one.

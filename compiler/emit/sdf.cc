@@ -176,10 +176,23 @@ class SdfWriter {
     for (const auto& [name, value] : InertiaEntries(mass.I_Lcm_L)) {
       xml::AppendText(inertia, name, value);
     }
-    // What is seen and what collides are the same convex parts.
+    // What is seen and what collides are the same convex parts, unless the link looks otherwise.
+    const std::vector<LookMesh> looks = LooksOf(model_, link);
+    for (size_t i = 0; i < looks.size(); ++i) {
+      const pugi::xml_node part = xml::Append(
+          node, "visual", {{"name", looks.size() == 1 ? "visual" : PartName("visual", i + 1)}});
+      xml::AppendText(xml::Append(xml::Append(part, "geometry"), "mesh"), "uri",
+                      LookAddress(looks[i], place_));
+      if (!looks[i].color) continue;
+      const pugi::xml_node material = xml::Append(part, "material");
+      for (const char* light : {"ambient", "diffuse"}) {
+        xml::AppendText(material, light, Rgba(*looks[i].color));
+      }
+    }
     const std::vector<std::string> meshes = MeshAddresses(model_, link, place_);
     for (size_t i = 0; i < meshes.size(); ++i) {
       for (const char* use : {"visual", "collision"}) {
+        if (!looks.empty() && use == std::string_view("visual")) continue;
         const std::string name = meshes.size() == 1 ? use : PartName(use, i + 1);
         const pugi::xml_node part = xml::Append(node, use, {{"name", name}});
         xml::AppendText(xml::Append(xml::Append(part, "geometry"), "mesh"), "uri", meshes[i]);

@@ -142,9 +142,20 @@ class UrdfWriter {
     xml::Append(inertial, "mass", {{"value", Number(mass.mass_kg)}});
     const pugi::xml_node inertia = xml::Append(inertial, "inertia");
     for (const auto& [name, value] : InertiaEntries(mass.I_Lcm_L)) xml::Set(inertia, name, value);
-    // What is seen and what collides are the same convex parts.
+    // What is seen and what collides are the same convex parts, unless the link looks otherwise.
+    const std::vector<LookMesh> looks = LooksOf(model_, link);
+    for (const LookMesh& look : looks) {
+      const pugi::xml_node visual = xml::Append(node, "visual");
+      xml::Append(xml::Append(visual, "geometry"), "mesh",
+                  {{"filename", LookAddress(look, place_)}});
+      if (!look.color) continue;
+      const pugi::xml_node material =
+          xml::Append(visual, "material", {{"name", CssColor(*look.color)}});
+      xml::Append(material, "color", {{"rgba", Rgba(*look.color)}});
+    }
     for (const std::string& mesh : MeshAddresses(model_, link, place_)) {
       for (const char* use : {"visual", "collision"}) {
+        if (!looks.empty() && use == std::string_view("visual")) continue;
         xml::Append(xml::Append(xml::Append(node, use), "geometry"), "mesh", {{"filename", mesh}});
       }
     }

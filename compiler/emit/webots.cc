@@ -12,6 +12,7 @@
 
 #include "compiler/emit/left_out.h"
 #include "compiler/emit/link_solids.h"
+#include "compiler/emit/meshes.h"
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
 #include "compiler/emit/robot_tree.h"
@@ -187,7 +188,7 @@ class WebotsWriter {
       if (loop.from == at) AppendClosingJoint(m, tree, loop);
     }
     vrml_.Close("]");
-    AppendBoundingObject(shapes);
+    AppendBoundingObject(link, shapes);
     if (const model::Link& of = type.links[link.link]; of.friction) {
       vrml_.Line(fmt::format("contactMaterial \"{}\"", WebotsMaterialOf(type, of)));
     }
@@ -196,9 +197,11 @@ class WebotsWriter {
 
   /// What the link collides with: its shapes by name, several in a group, or a small sphere for a
   /// link without any.
-  void AppendBoundingObject(const std::vector<std::string>& shapes) {
+  void AppendBoundingObject(const TreeLink& link, const std::vector<std::string>& shapes) {
     if (shapes.empty()) {
       vrml_.Line(fmt::format("boundingObject Sphere {{ radius {} }}", Number(kTokenRadius)));
+    } else if (!LinkOf(model_, link).visual.empty()) {
+      AppendUnseenShapes(link, shapes);
     } else if (shapes.size() == 1) {
       vrml_.Line("boundingObject USE " + shapes.front());
     } else {
@@ -210,19 +213,42 @@ class WebotsWriter {
     }
   }
 
+  /// The bounding object of a link that does not look like its shapes, which stand here alone.
+  void AppendUnseenShapes(const TreeLink& link, const std::vector<std::string>& shapes) {
+    vrml_.Open("boundingObject Group {");
+    vrml_.Open("children [");
+    size_t next = 0;
+    for (const model::ConvexHull& part : solids_.Faces(link.type, link.link)) {
+      if (part.dimension < 3) continue;
+      vrml_.Open("Shape {");
+      vrml_.Block(fmt::format("geometry DEF {} IndexedFaceSet", shapes[next++]),
+                  VrmlWriter::FacesOf(part));
+      vrml_.Close("}");
+    }
+    vrml_.Close("]");
+    vrml_.Close("}");
+  }
+
   /// The shapes of a link's convex parts, in a colour of its module, and what they are called for
-  /// the bounding object. Flat parts have no inside, and Webots wants solids: none is written.
+  /// the bounding object. Flat parts have no inside, and Webots wants solids: none is written. Of a
+  /// link that looks otherwise only that is written.
   std::vector<std::string> AppendShapes(const TreeLink& link, const std::string& name, size_t m) {
     // Modules get colours between blue and yellow. The golden ratio spreads the hues, so that
     // neighbours differ.
     const double hue = std::fmod(0.381966 * static_cast<double>(m), 1.0);
     const double shade = std::round(100 * hue) / 100;
     std::vector<std::string> names;
+    const std::vector<LookMesh> looks = LooksOf(model_, link);
     const std::vector<model::ConvexHull>& parts = solids_.Faces(link.type, link.link);
     for (size_t i = 0; i < parts.size(); ++i) {
       if (parts[i].dimension < 3) continue;
       names.push_back(parts.size() == 1 ? name : fmt::format("{}_{}", name, i + 1));
-      vrml_.Hull(names.back(), parts[i], {shade, 0.7, 1.0 - shade});
+      if (looks.empty()) vrml_.Hull(names.back(), parts[i], {shade, 0.7, 1.0 - shade});
+    }
+    for (size_t i = 0; i < looks.size(); ++i) {
+      const Color color = looks[i].color.value_or(Color{shade, 0.7, 1.0 - shade});
+      vrml_.Triangles(fmt::format("{}_LOOK_{}", name, i + 1), {looks[i].points, looks[i].triangles},
+                      {color[0], color[1], color[2]});
     }
     return names;
   }

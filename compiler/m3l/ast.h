@@ -73,7 +73,8 @@ struct Expr {
   source::Span span;
   /// The value of a kNumber, or of a constant; radians where it was written with a unit.
   double number = 0.0;
-  /// True for a kNumber that was written as an angle, with `deg` or `rad` behind it.
+  /// True for a kNumber that was written as an angle, with `deg` or `rad` behind it, and for a
+  /// constant that was worked out from one.
   bool angle = false;
   /// True for a path of one name that a `const` defines. Where a name is wanted it stays one.
   bool constant = false;

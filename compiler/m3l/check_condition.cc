@@ -6,13 +6,11 @@
 #include <map>
 #include <set>
 
+#include "compiler/m3l/check_slips.h"
 #include "compiler/m3l/evaluate.h"
 
 namespace morphbus::m3l::internal {
 namespace {
-
-/// Warnings of slips that one connection gives; more would say nothing new.
-constexpr size_t kMaxSlips = 20;
 
 using solver::CompareOp;
 using solver::Condition;
@@ -28,7 +26,8 @@ const char* TypeText(const model::AttributeValue& value) {
 /// says nothing more.
 class ConditionChecker {
  public:
-  explicit ConditionChecker(const ConditionScope& scope) : scope_(scope) {}
+  explicit ConditionChecker(const ConditionScope& scope)
+      : scope_(scope), slips_(&scope.diagnostics) {}
 
   /// The condition that `outer` writes; parentheses around it do not matter.
   std::optional<Condition> Check(const Expr& outer) {
@@ -128,10 +127,16 @@ class ConditionChecker {
     for (const solver::Side side : {solver::Side::kA, solver::Side::kB}) {
       const ConditionScope::Member& member = MemberOf(side);
       if (member.name.text != name.text) continue;
-      // A member without a binder has been reported already.
-      if (member.binder.text.empty()) return std::nullopt;
-      return scope_.diagnostics.Error(name.span, "'" + name.text + "' is a whole module")
-          .Hint("its connector is called '" + member.binder.text + "' here");
+      // A member without a binder has been reported already, unless a connector of it is named.
+      if (member.binder.text.empty() && !member.names_connector) return std::nullopt;
+      source::Diagnostic& error =
+          scope_.diagnostics.Error(name.span, "'" + name.text + "' is a whole module");
+      if (!member.binder.text.empty()) {
+        return error.Hint("its connector is called '" + member.binder.text + "' here");
+      }
+      const auto& connectors = member.module->type.connectors;
+      if (connectors.empty()) return error;
+      return error.Hint("name one of its connectors: " + name.text + "." + connectors[0].name);
     }
     // The name is neither a binder nor a member.
     std::vector<std::string> names;
@@ -154,38 +159,73 @@ class ConditionChecker {
       ref.side = of_a ? solver::Side::kA : solver::Side::kB;
       return ref;
     }
-    if (expr.kind != ExprKind::kPath || expr.path.size() > 2) {
+    // A connector is bound to one name, or named by two: that of its member and its own.
+    const std::optional<solver::Side> named = NamedMember(expr);
+    const size_t words = named ? 2 : 1;
+    if (expr.kind != ExprKind::kPath || expr.path.size() > words + 1) {
       return scope_.diagnostics.Error(expr.span, "expected a point, such as p_a._1");
     }
-    const std::optional<solver::Side> side = FindBinder(expr.path[0]);
-    if (!side) return std::nullopt;
+    const std::optional<solver::Side> side = named ? named : FindBinder(expr.path[0]);
+    if (!side || (named && !FindConnector(*side, expr.path[1]))) return std::nullopt;
     ref.side = *side;
-    if (expr.path.size() == 1) return ref;
+    if (named) ref.connector = expr.path[1].text;
+    if (expr.path.size() == words) return ref;
+    const Name& last = expr.path[words];
     ref.kind = PointRef::Kind::kAnySubpoint;
-    if (expr.path[1].text == "point") return ref;
+    if (last.text == "point") return ref;
     // A sub-point need not be on every connector, but must be on some.
     ref.kind = PointRef::Kind::kSubpoint;
-    ref.subpoint = expr.path[1].text;
+    ref.subpoint = last.text;
     std::vector<std::string> names;
     for (const model::Connector& c : MemberOf(*side).module->type.connectors) {
+      if (named && c.name != ref.connector) continue;
       names.insert(names.end(), c.subpoint_names.begin(), c.subpoint_names.end());
     }
     if (std::find(names.begin(), names.end(), ref.subpoint) != names.end()) return ref;
     std::sort(names.begin(), names.end());
     names.erase(std::unique(names.begin(), names.end()), names.end());
-    ReportMissing(expr.path[1], "sub-point", *side, names);
+    ReportMissing(last, "sub-point", *side, names, ref.connector);
     return std::nullopt;
   }
 
-  /// Reports a sub-point or attribute that no connector of the module has.
-  void ReportMissing(const Name& name, const std::string& what, solver::Side side,
-                     const std::vector<std::string>& names) {
+  /// The member whose connector a path names, as in `a.c1` and `a.c1._2`; nothing for a path that
+  /// begins with a bound name.
+  std::optional<solver::Side> NamedMember(const Expr& expr) {
+    if (expr.kind != ExprKind::kPath || expr.path.size() < 2) return std::nullopt;
+    const std::string& first = expr.path[0].text;
+    for (const solver::Side side : {solver::Side::kA, solver::Side::kB}) {
+      if (MemberOf(side).binder.text == first) return std::nullopt;
+    }
+    for (const solver::Side side : {solver::Side::kA, solver::Side::kB}) {
+      if (MemberOf(side).name.text == first) return side;
+    }
+    return std::nullopt;
+  }
+
+  /// Whether the member has this connector; reports it if not.
+  bool FindConnector(solver::Side side, const Name& name) {
     const CheckedModule& module = *MemberOf(side).module;
-    if (!module.valid) return;  // What is missing may be what did not parse.
+    if (module.type.FindConnector(name.text)) return true;
+    if (!module.valid) return false;  // What is missing may be what did not parse.
     scope_.diagnostics
         .Error(name.span,
-               fmt::format("no connector of '{}' has {} '{}'", module.type.name, what, name.text))
-        .hint = NameHint(name.text, names, what + "s are");
+               fmt::format("module '{}' has no connector '{}'", module.type.name, name.text))
+        .hint = NameHint(name.text, NamesOf(module.type.connectors), "connectors are");
+    return false;
+  }
+
+  /// Reports a sub-point or attribute that no connector of the module has, or not the one called
+  /// `connector`.
+  void ReportMissing(const Name& name, const std::string& what, solver::Side side,
+                     const std::vector<std::string>& names, const std::string& connector) {
+    const CheckedModule& module = *MemberOf(side).module;
+    if (!module.valid) return;  // What is missing may be what did not parse.
+    const std::string text =
+        connector.empty()
+            ? fmt::format("no connector of '{}' has {} '{}'", module.type.name, what, name.text)
+            : fmt::format("connector '{}' of '{}' has no {} '{}'", connector, module.type.name,
+                          what, name.text);
+    scope_.diagnostics.Error(name.span, text).hint = NameHint(name.text, names, what + "s are");
   }
 
   /// A point with a normal, or an axis `a.axis_name` of a member.
@@ -209,22 +249,26 @@ class ConditionChecker {
         return ref;
       }
       if (!member.module->valid) return std::nullopt;
+      if (member.module->type.FindConnector(expr.path[1].text)) break;
+      std::vector<std::string> names = NamesOf(member.module->axes);
+      for (const model::Connector& c : member.module->type.connectors) names.push_back(c.name);
       return scope_.diagnostics
-          .Error(expr.path[1].span, fmt::format("module '{}' has no axis '{}'",
+          .Error(expr.path[1].span, fmt::format("module '{}' has no axis and no connector '{}'",
                                                 member.module->type.name, expr.path[1].text))
-          .Hint(NameHint(expr.path[1].text, NamesOf(member.module->axes), "axes are"));
+          .Hint(NameHint(expr.path[1].text, names, "they are"));
     }
     // Everything else is a point, which has to have a normal on some connector.
     std::optional<PointRef> ref = CheckPointRef(expr);
     if (!ref) return ref;
-    if (ref->kind == PointRef::Kind::kAnySubpoint) {
-      return scope_.diagnostics.Error(expr.span, "a direction needs a particular point or axis");
-    }
     const CheckedModule& module = *MemberOf(ref->side).module;
-    const auto& connectors = module.type.connectors;
-    const bool found =
-        std::any_of(connectors.begin(), connectors.end(),
-                    [&](const model::Connector& c) { return c.normals.count(ref->subpoint) > 0; });
+    bool found = false;
+    for (size_t i = 0; i < module.directions.size(); ++i) {
+      const auto& directions = module.directions[i];
+      if (!ref->connector.empty() && module.type.connectors[i].name != ref->connector) continue;
+      const bool any = ref->kind == PointRef::Kind::kAnySubpoint;
+      found = found || (any ? directions.size() > directions.count("")
+                            : directions.count(ref->subpoint) > 0);
+    }
     // A normal may be missing on some connectors, but not on all.
     if (found || !module.valid) return found ? ref : std::nullopt;
     // Both sides of a condition between modules of one type lack the same normals: said once.
@@ -255,23 +299,32 @@ class ConditionChecker {
       if (!value) return std::nullopt;
       return CheckedOperand{*value, *value, {}, expr.span};
     }
-    const std::optional<solver::Side> side = FindBinder(expr.path[0]);
-    if (!side) return std::nullopt;
-    if (expr.path.size() != 2) {
+    // `a.c1.gender` is an attribute of a named connector; `a.gender` says of none whose it is.
+    std::optional<solver::Side> side = NamedMember(expr);
+    const bool named = side && (expr.path.size() > 2 ||
+                                MemberOf(*side).module->type.FindConnector(expr.path[1].text));
+    if (!named) side = FindBinder(expr.path[0]);
+    if (!side || (named && !FindConnector(*side, expr.path[1]))) return std::nullopt;
+    const size_t words = named ? 2 : 1;
+    if (expr.path.size() != words + 1) {
+      const std::string whose = expr.path[0].text + (named ? "." + expr.path[1].text : "");
       return scope_.diagnostics.Error(expr.span, "expected an attribute")
-          .Hint("such as " + expr.path[0].text + ".gender");
+          .Hint("such as " + whose + ".gender");
     }
-    return FindAttribute(*side, expr);
+    return FindAttribute(*side, expr, named ? expr.path[1].text : "");
   }
 
   /// The attribute or state variable on any connector of the member; its type is that of the last
   /// fixed one, or else of the first state.
-  std::optional<CheckedOperand> FindAttribute(solver::Side side, const Expr& expr) {
-    const Name& key = expr.path[1];
-    CheckedOperand found{solver::AttributeRef{side, key.text}, {}, {}, expr.span};
+  /// @param named  the connector that must have it; empty: any.
+  std::optional<CheckedOperand> FindAttribute(solver::Side side, const Expr& expr,
+                                              const std::string& named) {
+    const Name& key = expr.path.back();
+    CheckedOperand found{solver::AttributeRef{side, key.text, named}, {}, {}, expr.span};
     std::vector<std::string> names;
     bool any = false, fixed = false;
     for (const model::Connector& connector : MemberOf(side).module->type.connectors) {
+      if (!named.empty() && connector.name != named) continue;
       for (const auto& [name, value] : connector.attributes) {
         names.push_back(name);
         if (name != key.text) continue;
@@ -289,13 +342,13 @@ class ConditionChecker {
     // A connector on which it is fixed may have any value, whatever those take on which it is free.
     if (fixed) found.states.clear();
     if (any) {
-      WarnOfSlips(side, expr);
+      if (named.empty()) slips_.WarnOf(*MemberOf(side).module, key.text, expr.span);
       return found;
     }
     // The hint lists each name once.
     std::sort(names.begin(), names.end());
     names.erase(std::unique(names.begin(), names.end()), names.end());
-    ReportMissing(key, "attribute", side, names);
+    ReportMissing(key, "attribute", side, names, named);
     return std::nullopt;
   }
 
@@ -362,72 +415,21 @@ class ConditionChecker {
     return condition;
   }
 
-  // --- Slips in keys of connectors
-
-  /// Where the connector is declared: at the module or at a link.
-  static const PointDecl* DeclOf(const CheckedModule& module, const std::string& connector) {
-    const auto point = module.points.find(connector);
-    if (point != module.points.end() && point->second.connector) return point->second.decl;
-    for (const auto& own : module.link_points) {
-      const auto it = own.find(connector);
-      if (it != own.end() && it->second.connector) return it->second.decl;
-    }
-    return nullptr;
-  }
-
-  /// A connector without the key, but with one that is nearly the same, would silently never mate.
-  void WarnOfSlips(solver::Side side, const Expr& expr) {
-    const std::string& key = expr.path[1].text;
-    const CheckedModule& module = *MemberOf(side).module;
-    // A condition may name one key several times, and both members may be of one type: looked for
-    // once.
-    if (!looked_for_slips_.emplace(&module, key).second) return;
-    const std::map<std::string, int>& uses = UsesOfKeys(module);
-    for (const model::Connector& connector : module.type.connectors) {
-      const PointDecl* decl = DeclOf(module, connector.name);
-      if (decl == nullptr || decl->Find(key) != nullptr) continue;
-      for (const Attribute& attribute : decl->attributes) {
-        const std::string& other = attribute.key.text;
-        // A key that other connectors have too is meant.
-        if (other == "coords" || other == "normal" || other == "connector" || uses.at(other) > 1 ||
-            source::NearestName(other, {key}).empty() || slips_.size() >= kMaxSlips ||
-            !slips_.emplace(attribute.key.span.file, attribute.key.span.begin).second) {
-          continue;
-        }
-        scope_.diagnostics
-            .Warning(attribute.key.span,
-                     fmt::format("connector '{}' has no '{}' for a condition to hold, only '{}'",
-                                 connector.name, key, other))
-            .Hint(fmt::format("did you mean '{}'?", key))
-            .Note(expr.span, "the condition is false for the connector without it");
-      }
-    }
-  }
-
-  /// How many of a module's connectors have each key.
-  const std::map<std::string, int>& UsesOfKeys(const CheckedModule& module) {
-    const auto [it, fresh] = uses_of_keys_.try_emplace(&module);
-    if (!fresh) return it->second;
-    for (const model::Connector& connector : module.type.connectors) {
-      const PointDecl* decl = DeclOf(module, connector.name);
-      if (decl == nullptr) continue;
-      std::set<std::string> keys;  // A key that is given twice counts once.
-      for (const Attribute& attribute : decl->attributes) keys.insert(attribute.key.text);
-      for (const std::string& key : keys) ++it->second[key];
-    }
-    return it->second;
-  }
-
   const ConditionScope& scope_;
   std::set<std::pair<const CheckedModule*, std::string>> without_normal_;
-  std::set<std::pair<int, size_t>> slips_;  ///< Places of keys that were warned of.
-  std::set<std::pair<const CheckedModule*, std::string>> looked_for_slips_;
-  std::map<const CheckedModule*, std::map<std::string, int>> uses_of_keys_;
+  SlipWarner slips_;
 };
 
 /// Finds the binders `a.point p` below `expr`, in source order, and reports what cannot be one.
 void CollectFrom(const Expr& expr, ConditionScope& scope) {
   for (const Expr& child : expr.children) CollectFrom(child, scope);
+  if (expr.kind == ExprKind::kPath && expr.path.size() >= 2) {
+    for (ConditionScope::Member& m : scope.members) {
+      // What is behind the name of a member is an axis of it, or meant for a connector.
+      const bool axis = m.module->axes.count(expr.path[1].text) > 0;
+      if (m.name.text == expr.path[0].text && !axis) m.names_connector = true;
+    }
+  }
   if (expr.kind != ExprKind::kTyped) return;
   ConditionScope::Member* member = nullptr;
   for (ConditionScope::Member& m : scope.members) {
@@ -464,9 +466,12 @@ void CollectBinders(const Expr& expr, const source::Span& name, ConditionScope& 
   CollectFrom(expr, scope);
   if (errors != scope.diagnostics.error_count()) return;
   for (const ConditionScope::Member& member : scope.members) {
-    if (!member.binder.text.empty()) continue;
+    if (!member.binder.text.empty() || member.names_connector) continue;
     scope.diagnostics.Error(name, "the conditions name no connector of '" + member.name.text + "'")
-        .hint = fmt::format("write {0}.point p_{0} where it is first used", member.name.text);
+        .hint = fmt::format(
+        "write {0}.point p_{0} where it is first used, or one by its name, such as {0}.{1}",
+        member.name.text,
+        member.module->type.connectors.empty() ? "c1" : member.module->type.connectors[0].name);
   }
 }
 

@@ -17,6 +17,8 @@ struct ConditionScope {
     const CheckedModule* module = nullptr;
     /// The name that stands for its connector, p_a of `a.point p_a`; empty if there is none yet.
     Name binder;
+    /// Whether the condition names a connector of its own, as in `a.c1`.
+    bool names_connector = false;
   };
   /// The members in source order, which is also the order of solver::Side.
   Member members[2];
@@ -24,7 +26,8 @@ struct ConditionScope {
 };
 
 /// Finds the names that `expr` binds to connectors (`a.point p_a`) and enters them into `scope`. It
-/// reports repeated and unknown ones and, at `name` (the connection's), members without one.
+/// reports repeated and unknown ones and, at `name` (the connection's), members without one of whom
+/// no connector is named (`a.c1`) either.
 void CollectBinders(const Expr& expr, const source::Span& name, ConditionScope& scope);
 
 /// The condition tree of `expr`, whose binders CollectBinders has found. Returns nothing, after

@@ -19,6 +19,13 @@ constexpr double kDensity_kg_m3 = 500.0;
 constexpr double kLeastMass_kg = 1e-6;
 constexpr size_t kMaxHullPoints = 500;
 constexpr size_t kMaxParts = 50;
+// Points and triangles of what is seen of a link, which travels with every run; more are finer than
+// any picture.
+constexpr size_t kMaxVisualSize = 60'000;
+
+/// The nearest number of single precision. It is not inline: when GCC 12 vectorizes, it takes the
+/// conversion of two numbers there and back for nothing, and leaves them as they were.
+[[gnu::noinline]] double InSinglePrecision(double value) { return static_cast<float>(value); }
 
 /// Checks one link: the points grouped in it, its hull and its numbers.
 class LinkChecker {
@@ -29,7 +36,8 @@ class LinkChecker {
         decl_(scope.module.decl->links[index]),
         own_(scope.module.link_points[index]),
         attributes_(decl_, "link '" + decl_.name.text + "'",
-                    {"grouping", "hull", "mass", "friction", "mass_spread"}, &scope.diagnostics) {}
+                    {"grouping", "hull", "visual", "colour", "mass", "friction", "mass_spread"},
+                    &scope.diagnostics) {}
 
   /// Everything but the numbers.
   model::Link Check() {
@@ -39,6 +47,7 @@ class LinkChecker {
     const int errors = scope_.diagnostics.error_count();
     if (const Expr* hull = attributes_.Optional("hull")) CheckHull(*hull, &link);
     hull_ok_ = errors == scope_.diagnostics.error_count();
+    CheckVisual(&link);
     return link;
   }
 
@@ -124,16 +133,79 @@ class LinkChecker {
     }
   }
 
+  /// How the link looks: the parts of `visual`, or those of its hull in the colour that it has.
+  void CheckVisual(model::Link* link) {
+    const Expr* visual = attributes_.Optional("visual");
+    const Expr* colour = attributes_.Optional("colour");
+    const std::optional<Color> own = colour ? CheckColour(*colour, scope_) : std::nullopt;
+    if (visual) {
+      link->visual = CheckVisualParts(*visual);
+    } else if (own) {
+      link->visual = link->Looks();
+      if (link->hull.empty() && decl_.Find("hull") == nullptr) {
+        scope_.diagnostics.Error(colour->span, "there is nothing that has this colour")
+            .Hint("give the link a hull, or visual=...");
+      }
+    }
+    size_t size = 0;
+    for (model::VisualPart& part : link->visual) {
+      if (!part.color) part.color = own;
+      // Viewers have single precision, and so have files.
+      for (Eigen::Vector3d& p : part.points) {
+        for (int k = 0; k < 3; ++k) p[k] = InSinglePrecision(p[k]);
+      }
+      size += part.points.size() + part.triangles.size();
+    }
+    if (link->visual.size() > kMaxParts || size > kMaxVisualSize) {
+      scope_.diagnostics
+          .Error((visual ? visual : colour)->span,
+                 fmt::format("what is seen of a link has at most {} parts and {} points and "
+                             "triangles, and this has {} and {}",
+                             kMaxParts, kMaxVisualSize, link->visual.size(), size))
+          .Hint("use a coarser mesh");
+      link->visual.clear();
+    }
+  }
+
+  /// The parts of `visual`; those with errors are missing.
+  std::vector<model::VisualPart> CheckVisualParts(const Expr& outer) {
+    const Expr& visual = Unwrapped(outer);
+    const bool sum =
+        visual.kind == ExprKind::kSum && visual.ops.find_first_not_of('+') == std::string::npos;
+    std::vector<model::VisualPart> parts;
+    for (const Expr& child : sum ? visual.children : std::vector<Expr>{visual}) {
+      if (scope_.diagnostics.full()) break;
+      // The colour is no part of the shape.
+      Expr shape = Unwrapped(child);
+      const std::optional<Expr> colour = TakeColour(&shape, scope_);
+      std::optional<model::VisualPart> part;
+      if (shape.kind == ExprKind::kCall && shape.path[0].text == "mesh") {
+        part = CheckVisualMesh(shape, scope_);
+      } else if (std::vector<Eigen::Vector3d> points = CheckPart(shape); !points.empty()) {
+        part = model::VisualPart{std::move(points)};
+      }
+      if (!part) continue;
+      if (colour) part->color = CheckColour(*colour, scope_);
+      parts.push_back(std::move(*part));
+    }
+    return parts;
+  }
+
   /// The points of one convex part, in M (m); none if there is an error.
   std::vector<Eigen::Vector3d> CheckPart(const Expr& outer) {
-    const Expr& part = Unwrapped(outer);
+    Expr part = Unwrapped(outer);
+    if (const std::optional<Expr> colour = TakeColour(&part, scope_)) {
+      scope_.diagnostics.Error(colour->span, "a hull has no colour")
+          .Hint("colours stand in the parts of visual=, or as colour= of the link");
+      return {};
+    }
     if (part.kind == ExprKind::kCall && part.path[0].text == "convex") return CheckConvex(part);
     if (part.kind == ExprKind::kCall && IsShape(part.path[0].text)) {
       return CheckShape(part, scope_).value_or(std::vector<Eigen::Vector3d>{});
     }
     scope_.diagnostics
         .Error(part.span,
-               "a hull is written as convex(...), box(...), cylinder(...), sphere(...) or "
+               "a shape is written as convex(...), box(...), cylinder(...), sphere(...) or "
                "mesh(...)")
         .hint = "list points in it, as in: convex(c1.point, " + decl_.name.text +
                 ".point); several parts are joined by '+'";
@@ -146,8 +218,13 @@ class LinkChecker {
     const int errors = scope_.diagnostics.error_count();
     for (const Expr& child : hull.children) {
       if (scope_.diagnostics.full() || points.size() > kMaxHullPoints) break;
-      if (child.kind != ExprKind::kPath) {
-        scope_.diagnostics.Error(child.span, "a hull lists points, such as c1.point");
+      if (child.kind == ExprKind::kCall && IsShape(child.path[0].text)) {
+        // The hull of a shape and whatever else is listed.
+        const auto shape = CheckShape(child, scope_).value_or(std::vector<Eigen::Vector3d>{});
+        points.insert(points.end(), shape.begin(), shape.end());
+      } else if (child.kind != ExprKind::kPath) {
+        scope_.diagnostics.Error(child.span,
+                                 "a hull lists points, such as c1.point, and shapes such as box");
       } else {
         AddHullPoints(child, points);
       }

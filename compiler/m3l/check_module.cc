@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "compiler/m3l/docking_turn.h"
 #include "compiler/m3l/evaluate.h"
 
 namespace morphbus::m3l {
@@ -125,6 +126,30 @@ void CollectConnectors(ModuleScope& scope) {
   }
 }
 
+/// The directions of all connectors and of their sub-points, written or not.
+void FindDirections(CheckedModule& module) {
+  std::set<std::string> written;
+  for (const model::Connector& connector : module.type.connectors) {
+    for (const auto& [point, normal] : connector.normals) written.insert(point);
+  }
+  for (int i = 0; i < std::ssize(module.type.connectors); ++i) {
+    const model::Connector& connector = module.type.connectors[i];
+    std::map<std::string, Eigen::Vector3d>& directions = module.directions.emplace_back();
+    directions = connector.normals;
+    if (const auto normal = NormalOf(module, i, {});
+        normal && normal->outward && !written.count("")) {
+      directions[""] = normal->direction;
+    }
+    for (size_t k = 0; k < connector.subpoints.size(); ++k) {
+      const Eigen::Vector3d way = connector.subpoints[k] - connector.p_MoCo_M;
+      const std::string& name = connector.subpoint_names[k];
+      if (way.norm() > 1e-6 * module.extent_m && !written.count(name)) {
+        directions[name] = way.normalized();
+      }
+    }
+  }
+}
+
 /// False, after an error, if the module is too large to look at more closely.
 bool CheckSizes(const ModuleScope& scope) {
   const ModuleDecl& decl = *scope.module.decl;
@@ -175,6 +200,7 @@ CheckedModule CheckModule(const ModuleDecl& decl, const source::SourceSet& sourc
   internal::CheckAxes(scope);
   internal::CheckLinks(scope);
   internal::CollectConnectors(scope);
+  internal::FindDirections(module);
   internal::CheckJoints(scope);
   internal::CheckSensors(scope);
   // Errors of the parser count too: what did not parse is missing from the module.

@@ -45,6 +45,17 @@ std::optional<std::vector<Eigen::Vector3d>> CheckShape(const Expr& call, ModuleS
 /// Whether a call of this name is such a part.
 bool IsShape(const std::string& function);
 
+/// The triangles of `mesh("part.stl")` in `visual`, an STL, OBJ or glTF file, in M
+/// (check_visual.cc); nothing after an error.
+std::optional<model::VisualPart> CheckVisualMesh(const Expr& call, ModuleScope& scope);
+/// Takes `colour=...` out of the arguments of a shape; nothing if it has none.
+std::optional<Expr> TakeColour(Expr* call, ModuleScope& scope);
+/// The colour that is written as "#4d78a8"; nothing after an error.
+std::optional<Color> CheckColour(const Expr& expr, ModuleScope& scope);
+/// The path of a mesh file that `name` gives relative to the file in which it stands; nothing after
+/// an error (check_shape.cc).
+std::optional<std::string> MeshPath(const Expr& call, ModuleScope& scope);
+
 /// Reads a numeric attribute of a part, if it stands there, in the unit that its module and its
 /// kind of part give it; reports what is out of the attribute's range.
 template <class Part>

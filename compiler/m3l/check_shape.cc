@@ -219,16 +219,10 @@ std::optional<std::vector<Vector3d>> Mesh(const Expr& call, ModuleScope& scope) 
   const auto fail = [&](const source::Span& span, std::string message) -> source::Diagnostic& {
     return scope.diagnostics.Error(span, std::move(message));
   };
-  if (call.children.size() != 1 || call.children[0].kind != ExprKind::kString) {
-    return fail(call.span, "'mesh' takes the name of a file").Hint("write mesh(\"part.stl\")");
-  }
+  const std::optional<std::string> path = MeshPath(call, scope);
+  if (!path) return std::nullopt;
   const Expr& name = call.children[0];
-  if (name.text.empty() || name.text.find('\0') != std::string::npos) {
-    return fail(name.span, "this is no file name");
-  }
-  const std::filesystem::path beside =
-      std::filesystem::path(scope.sources.name(name.span.file)).parent_path();
-  Result<std::vector<Vector3d>> hull = ReadMeshHull((beside / name.text).string());
+  Result<std::vector<Vector3d>> hull = ReadMeshHull(*path);
   if (!hull) {
     return fail(name.span, hull.error().message)
         .Hint("meshes are STL files, text or binary, beside the file that names them");
@@ -250,6 +244,20 @@ std::optional<std::vector<Vector3d>> Mesh(const Expr& call, ModuleScope& scope) 
 }
 
 }  // namespace
+
+std::optional<std::string> MeshPath(const Expr& call, ModuleScope& scope) {
+  if (call.children.size() != 1 || call.children[0].kind != ExprKind::kString) {
+    return scope.diagnostics.Error(call.span, "'mesh' takes the name of a file")
+        .Hint("write mesh(\"part.stl\")");
+  }
+  const Expr& name = call.children[0];
+  if (name.text.empty() || name.text.find('\0') != std::string::npos) {
+    return scope.diagnostics.Error(name.span, "this is no file name");
+  }
+  const std::filesystem::path beside =
+      std::filesystem::path(scope.sources.name(name.span.file)).parent_path();
+  return (beside / name.text).string();
+}
 
 bool IsShape(const std::string& function) {
   return function == "box" || function == "cylinder" || function == "sphere" || function == "mesh";

@@ -54,6 +54,10 @@ struct CheckedModule {
   std::vector<std::map<std::string, PointSymbol>> link_points;
   /// The axes that joints and frames may name.
   std::map<std::string, AxisSymbol> axes;
+  /// For each connector of `type` the directions that conditions may compare: its normals, and
+  /// where no connector of the module has one at that point, what stands in for it: for the centre
+  /// the way out, for a sub-point the way to it from the centre.
+  std::vector<std::map<std::string, Eigen::Vector3d>> directions;
   /// Where each connector is declared, by its name.
   std::map<std::string, source::Span> connector_spans;
   /// The largest side of the box around all points (m), to which tolerances are relative.

@@ -58,8 +58,22 @@ double WorkOf(const model::ModuleType& a, const model::ModuleType& b) {
   return connectors_a * connectors_b * (1.0 + hull_a * hull_b / 1000.0);
 }
 
+/// The module types as conditions see them: every connector has all its directions, also those that
+/// its source leaves out, which are no part of the model.
+std::vector<model::ModuleType> WithDirections(const std::vector<CheckedModule>& modules) {
+  std::vector<model::ModuleType> types;
+  for (const CheckedModule& module : modules) {
+    model::ModuleType& type = types.emplace_back(module.type);
+    for (size_t i = 0; i < module.directions.size(); ++i) {
+      type.connectors[i].normals = module.directions[i];
+    }
+  }
+  return types;
+}
+
 /// Solves what is sound; the others stay without options, so that indices agree.
-void SolveConnections(std::vector<CheckedConnection>& connections, model::Model& model,
+void SolveConnections(std::vector<CheckedConnection>& connections,
+                      const std::vector<model::ModuleType>& types, model::Model& model,
                       source::Diagnostics* diagnostics) {
   double work = 0.0;
   for (CheckedConnection& connection : connections) {
@@ -78,7 +92,7 @@ void SolveConnections(std::vector<CheckedConnection>& connections, model::Model&
       // A connection that the solver reports is unsound too.
       const int errors = diagnostics->error_count();
       model.connection_types.push_back(
-          solver::SolveConnection(problem, model.module_types, diagnostics, &connection.broken));
+          solver::SolveConnection(problem, types, diagnostics, &connection.broken));
       connection.valid = errors == diagnostics->error_count();
     } else {
       model::ConnectionType& unsolved = model.connection_types.emplace_back();
@@ -133,9 +147,9 @@ std::optional<model::Model> Check(const std::vector<FileAst>& files, CompileOutp
   // A connection is explainable if it was sound before it was solved.
   std::vector<bool> sound;
   for (const CheckedConnection& connection : connections) sound.push_back(connection.valid);
-  SolveConnections(connections, model, diagnostics);
+  output.solved.module_types = WithDirections(modules);
+  SolveConnections(connections, output.solved.module_types, model, diagnostics);
   // What `why` explains: connections may be asked about where robots have errors.
-  output.solved.module_types = model.module_types;
   for (size_t i = 0; i < connections.size(); ++i) {
     const solver::ConnectionProblem& problem = connections[i].problem;
     // Where a member's type is not known there are no connectors to explain.

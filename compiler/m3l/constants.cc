@@ -11,6 +11,7 @@ namespace {
 struct Constant {
   source::Span span;
   std::optional<double> value;
+  bool angle = false;  ///< It was worked out from a number with `deg` or `rad`.
 };
 using Constants = std::map<std::string, Constant>;
 
@@ -22,6 +23,7 @@ void Mark(const Constants& constants, Expr* expr) {
   if (found != constants.end() && found->second.value) {
     expr->constant = true;
     expr->number = *found->second.value;
+    expr->angle = found->second.angle;
   }
   for (Expr& child : expr->children) Mark(constants, &child);
   if (!expr->axis) return;
@@ -66,7 +68,7 @@ void Define(ConstDecl* decl, Constants* constants, source::Diagnostics* diagnost
     diagnostics->Error(decl->name.span, "'" + name + "' has a meaning already");
     return;
   }
-  const auto [entry, fresh] = constants->try_emplace(name, Constant{decl->name.span, {}});
+  const auto [entry, fresh] = constants->try_emplace(name, Constant{decl->name.span, {}, false});
   if (!fresh) {
     diagnostics->Error(decl->name.span, "constant '" + name + "' is defined twice")
         .Note(entry->second.span, "first defined here");
@@ -77,6 +79,7 @@ void Define(ConstDecl* decl, Constants* constants, source::Diagnostics* diagnost
   Mark(*constants, &*decl->value);
   const int errors = diagnostics->error_count();
   entry->second.value = EvaluateNumber(*decl->value, diagnostics);
+  entry->second.angle = HasAngle(*decl->value);
   if (!entry->second.value && errors < diagnostics->error_count() && !diagnostics->full()) {
     diagnostics->Error(decl->name.span, "constant '" + name + "' has no value")
         .Hint("a constant is a number, worked out from numbers and from the constants above it");

@@ -1,6 +1,7 @@
 #include "compiler/m3l/format.h"
 
 #include <algorithm>
+#include <set>
 
 #include "compiler/m3l/lexer.h"
 #include "compiler/m3l/parser.h"
@@ -65,6 +66,14 @@ class Formatter {
     return t == "==" || t == "!=" || t == "<" || t == "<=" || t == ">" || t == ">=";
   }
 
+  /// The `+` before a part of a hull, or of what is seen of a link.
+  [[nodiscard]] bool JoinsParts(size_t i) const {
+    static const std::set<std::string_view> kShapes = {"convex", "box", "cylinder", "sphere",
+                                                       "mesh"};
+    return IsSymbol(i, "+") && i > 0 && IsSymbol(i - 1, ")") && IsWord(i + 1) &&
+           kShapes.count(Text(i + 1)) > 0;
+  }
+
   [[nodiscard]] bool IsSign(size_t i) const { return IsSymbol(i, "+") || IsSymbol(i, "-"); }
 
   /// Whether a space stands between tokens i - 1 and i on one line.
@@ -101,8 +110,11 @@ class Formatter {
       const bool after_subpoint =
           depth == 0 && i > 0 && IsSymbol(i - 1, ")") && IsWord(i) && !IsOperatorAt(i);
       starts_[i] = depth == 0 && StartsStatement(tokens_, i);
-      token.may_break = junction || subpoint || after_subpoint || (i > 0 && IsSymbol(i - 1, ","));
-      token.separate = after_subpoint && !starts_[i];
+      // Parts of a link's shape have a line each, where they need more than one.
+      const bool part = depth == 0 && JoinsParts(i);
+      token.may_break =
+          junction || subpoint || after_subpoint || part || (i > 0 && IsSymbol(i - 1, ","));
+      token.separate = part || (after_subpoint && !starts_[i]);
       depth += token.opens ? 1 : token.closes ? -1 : 0;
     }
     starts_[count_] = true;

@@ -189,8 +189,9 @@ class Indexer {
         if (name.path.size() == 1) UsePoint(name.path[0], own, module);
       }
     }
-    if (const Attribute* hull = link.Find("hull"); hull && hull->value) {
-      UseInHull(*hull->value, own, module);
+    for (const char* shape : {"hull", "visual"}) {
+      const Attribute* found_shape = link.Find(shape);
+      if (found_shape && found_shape->value) UseInHull(*found_shape->value, own, module);
     }
   }
 
@@ -286,11 +287,26 @@ class Indexer {
     if (first < 0 || expr.path.size() < 2) return;
     const auto module = modules_.find(table_.things[first].base);
     if (module == modules_.end()) return;
-    const Name& name = expr.path[1];
-    // Behind a member stands an axis, behind a connector a sub-point or an attribute.
-    if (binder < 0) return table_.Use(name.span, Lookup(module->second.axes, name.text));
-    const int sub = Lookup(module->second.subpoints, name.text);
-    table_.Use(name.span, sub >= 0 ? sub : Lookup(module->second.attributes, name.text));
+    const Name* name = &expr.path[1];
+    // Behind a member stands an axis or a connector, behind a connector a sub-point or an
+    // attribute.
+    if (binder < 0) {
+      const int axis = Lookup(module->second.axes, name->text);
+      table_.Use(name->span, axis >= 0 ? axis : ConnectorOf(module->second, name->text));
+      if (expr.path.size() < 3) return;
+      name = &expr.path[2];
+    }
+    const int sub = Lookup(module->second.subpoints, name->text);
+    table_.Use(name->span, sub >= 0 ? sub : Lookup(module->second.attributes, name->text));
+  }
+
+  /// A point of the module or of one of its links.
+  static int ConnectorOf(const Module& module, const std::string& name) {
+    int connector = Lookup(module.points, name);
+    for (const auto& [link, points] : module.of_link) {
+      if (connector < 0) connector = Lookup(points, name);
+    }
+    return connector;
   }
 
   void UseInRobot(const RobotDecl& decl) {
@@ -334,11 +350,7 @@ class Indexer {
       }
       return;
     }
-    int connector = Lookup(module.points, name);
-    for (const auto& [link, points] : module.of_link) {
-      if (connector < 0) connector = Lookup(points, name);
-    }
-    table_.Use(expr.path[1].span, connector);
+    table_.Use(expr.path[1].span, ConnectorOf(module, name));
   }
 
   const std::vector<FileAst>& files_;

@@ -2,16 +2,25 @@
 
 #include <assimp/BaseImporter.h>
 #include <assimp/importerdesc.h>
+#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <assimp/IOStream.hpp>
+#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "compiler/model/convex_hull.h"
 #include "compiler/source/source_text.h"
@@ -35,41 +44,106 @@ std::optional<size_t> BinaryTriangles(const std::string& bytes) {
   return count;
 }
 
-/// Lets the importer read STL and nothing else, whatever the bytes look like.
-void KeepStlOnly(Assimp::Importer* importer) {
+/// Opens no file, whatever others a mesh names: all that is read has been given as bytes.
+class NoFiles : public Assimp::IOSystem {
+ public:
+  bool Exists(const char* /*path*/) const override { return false; }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* /*path*/, const char* /*mode*/) override { return nullptr; }
+  void Close(Assimp::IOStream* /*file*/) override {}
+};
+
+/// Lets the importer read one format and nothing else, whatever the bytes look like.
+/// @param extension  among those of the format: "stl".
+void KeepOnly(const std::string& extension, Assimp::Importer* importer) {
   // From the last to the first, since unregistering moves those behind.
   for (size_t i = importer->GetImporterCount(); i-- > 0;) {
     const aiImporterDesc* description = importer->GetImporterInfo(i);
-    if (description != nullptr && std::string(description->mFileExtensions) == "stl") continue;
+    // Its extensions are a list with spaces between them.
+    const std::string all = description ? fmt::format(" {} ", description->mFileExtensions) : "";
+    if (all.find(" " + extension + " ") != std::string::npos) continue;
     // What is unregistered is ours to delete.
     const std::unique_ptr<Assimp::BaseImporter> other(importer->GetImporter(i));
     importer->UnregisterLoader(other.get());
   }
 }
 
-}  // namespace
+// What a mesh of a robot's link has far fewer of. The library copies a mesh for each node that
+// shows it, goes down into nodes by calling itself, and cuts a face up in the square of its
+// corners.
+constexpr size_t kMostNodes = 10'000;
+constexpr size_t kMostNesting = 64;
+constexpr unsigned kMostCorners = 200;
 
-Result<std::vector<Eigen::Vector3d>> ReadMeshHull(const std::string& path) {
-  const Result<std::string> bytes = source::ReadSourceFile(path);
-  if (!bytes) return Fail(bytes.error().message);
-  return MeshHull(path, *bytes);
+/// What of a glTF is more than the library should even read; empty if nothing is.
+std::string ExcessOfText(std::string_view bytes) {
+  // Brackets in strings count for nothing; a binary part behind the text only adds to them.
+  size_t nesting = 0, nodes = 0;
+  bool in_string = false;
+  for (size_t i = 0; i < bytes.size(); ++i) {
+    const char c = bytes[i];
+    if (in_string && c == '\\') {
+      ++i;
+    } else if (c == '"') {
+      in_string = !in_string;
+      if (in_string && bytes.substr(i).starts_with("\"children\"")) ++nodes;
+    } else if (!in_string && (c == '{' || c == '[')) {
+      ++nesting;
+    } else if (!in_string && (c == '}' || c == ']') && nesting > 0) {
+      --nesting;
+    }
+    if (nesting > kMostNesting) return fmt::format("nests deeper than {}", kMostNesting);
+    if (nodes > kMostNodes) return fmt::format("has more than {} nodes", kMostNodes);
+  }
+  return "";
 }
 
-Result<MeshTriangles> ParseMesh(const std::string& name, const std::string& bytes) {
-  const auto bad = [&](const std::string& why) { return Fail("mesh '" + name + "' " + why); };
-  // What is neither a whole binary file nor begins as a text does is not given to the library.
-  const std::optional<size_t> binary = BinaryTriangles(bytes);
-  // Binary files may begin with the same word, and are known by their length first.
-  const bool text = bytes.rfind("solid", 0) == 0 && bytes.find('\0') == std::string::npos;
-  if (!binary && !text) return bad("is no STL file, or one that was cut");
-  const size_t most = binary ? *binary : bytes.size() / kTextTriangleBytes;
-  if (binary && most > kMaxTriangles) {
-    return bad(fmt::format("has {} triangles, the most is {}", most, kMaxTriangles));
+/// What of a scene is more than the library should process; empty if nothing is.
+std::string ExcessOf(const aiScene& scene) {
+  std::vector<size_t> triangles(scene.mNumMeshes, 0);
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene.mMeshes[m];
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const unsigned corners = mesh.mFaces[f].mNumIndices;
+      if (corners > kMostCorners) {
+        return fmt::format("has a face of {} corners, the most is {}", corners, kMostCorners);
+      }
+      triangles[m] += corners > 2 ? corners - 2 : 1;
+    }
   }
+  // A mesh counts as often as nodes show it.
+  size_t total = 0, nodes = 0;
+  std::vector<const aiNode*> open;
+  if (scene.mRootNode != nullptr) open.push_back(scene.mRootNode);
+  while (!open.empty()) {
+    const aiNode* node = open.back();
+    open.pop_back();
+    if (++nodes > kMostNodes) return fmt::format("has more than {} nodes", kMostNodes);
+    for (unsigned i = 0; i < node->mNumMeshes; ++i) total += triangles[node->mMeshes[i]];
+    if (total > kMaxTriangles) {
+      return fmt::format("has {} triangles, the most is {}", total, kMaxTriangles);
+    }
+    open.insert(open.end(), node->mChildren, node->mChildren + node->mNumChildren);
+  }
+  return "";
+}
+
+/// The triangles of bytes that have been looked at, read as the format of that extension.
+/// @param flags  what the library is to do with them, of aiPostProcessSteps.
+Result<MeshTriangles> ParseAs(const std::string& extension, unsigned flags, const std::string& name,
+                              const std::string& bytes) {
+  const auto bad = [&](const std::string& why) { return Fail("mesh '" + name + "' " + why); };
   Assimp::Importer importer;
-  KeepStlOnly(&importer);
-  const aiScene* scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "stl");
+  importer.SetIOHandler(new NoFiles);
+  KeepOnly(extension, &importer);
+  const aiScene* scene =
+      importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, extension.c_str());
   if (scene == nullptr) return bad(std::string("cannot be read: ") + importer.GetErrorString());
+  if (flags != 0) {
+    if (const std::string excess = ExcessOf(*scene); !excess.empty()) return bad(excess);
+    scene = importer.ApplyPostProcessing(flags);
+    if (scene == nullptr) return bad(std::string("cannot be read: ") + importer.GetErrorString());
+  }
   // Triangles share their corners: each is taken once.
   MeshTriangles result;
   std::map<std::array<float, 3>, int> known;
@@ -105,6 +179,52 @@ Result<MeshTriangles> ParseMesh(const std::string& name, const std::string& byte
   }
   if (result.points.empty()) return bad("has no triangle");
   return result;
+}
+
+}  // namespace
+
+Result<std::vector<Eigen::Vector3d>> ReadMeshHull(const std::string& path) {
+  const Result<std::string> bytes = source::ReadSourceFile(path);
+  if (!bytes) return Fail(bytes.error().message);
+  return MeshHull(path, *bytes);
+}
+
+Result<MeshTriangles> ParseMesh(const std::string& name, const std::string& bytes) {
+  const auto bad = [&](const std::string& why) { return Fail("mesh '" + name + "' " + why); };
+  // What is neither a whole binary file nor begins as a text does is not given to the library.
+  const std::optional<size_t> binary = BinaryTriangles(bytes);
+  // Binary files may begin with the same word, and are known by their length first.
+  const bool text = bytes.rfind("solid", 0) == 0 && bytes.find('\0') == std::string::npos;
+  if (!binary && !text) return bad("is no STL file, or one that was cut");
+  const size_t most = binary ? *binary : bytes.size() / kTextTriangleBytes;
+  if (binary && most > kMaxTriangles) {
+    return bad(fmt::format("has {} triangles, the most is {}", most, kMaxTriangles));
+  }
+  return ParseAs("stl", 0, name, bytes);
+}
+
+Result<MeshTriangles> ReadMesh(const std::string& path) {
+  const Result<std::string> bytes = source::ReadSourceFile(path);
+  if (!bytes) return Fail(bytes.error().message);
+  return ParseAnyMesh(path, *bytes);
+}
+
+Result<MeshTriangles> ParseAnyMesh(const std::string& name, const std::string& bytes) {
+  std::string extension = std::filesystem::path(name).extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".stl") return ParseMesh(name, bytes);
+  // Nodes of a scene stand where their parents put them, and faces may have more than three
+  // corners.
+  constexpr unsigned kFlags = aiProcess_Triangulate | aiProcess_PreTransformVertices;
+  if (extension == ".obj") return ParseAs("obj", kFlags, name, bytes);
+  if (extension == ".gltf" || extension == ".glb") {
+    if (const std::string excess = ExcessOfText(bytes); !excess.empty()) {
+      return Fail("mesh '" + name + "' " + excess);
+    }
+    return ParseAs(extension.substr(1), kFlags, name, bytes);
+  }
+  return Fail("mesh '" + name + "': its name ends in none of .stl, .obj, .gltf and .glb");
 }
 
 Result<std::vector<Eigen::Vector3d>> MeshHull(const std::string& name, const std::string& bytes) {

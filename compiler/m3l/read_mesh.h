@@ -1,5 +1,5 @@
 #pragma once
-// Meshes in files: STL, text or binary.
+// Meshes in files: STL, text or binary, and for what is only looked at OBJ and glTF.
 
 #include <Eigen/Core>
 #include <array>
@@ -22,6 +22,14 @@ struct MeshTriangles {
 /// The triangles of the bytes of an STL file, which `name` stands for in errors; those without an
 /// area are left out. Errors as of ReadMeshHull.
 Result<MeshTriangles> ParseMesh(const std::string& name, const std::string& bytes);
+
+/// The triangles of the mesh file at `path`, by the end of its name: STL, OBJ, or glTF (.gltf,
+/// .glb) with its nodes where they stand. A file that needs another one is refused. Errors as of
+/// ReadMeshHull.
+Result<MeshTriangles> ReadMesh(const std::string& path);
+
+/// The same for the bytes of a file, which `name` stands for.
+Result<MeshTriangles> ParseAnyMesh(const std::string& name, const std::string& bytes);
 
 /// The corners of the convex hull of the STL file at `path`, in the file's own units. Errors: the
 /// file cannot be read, is no sound STL, has no triangle or more than kMaxTriangles, or a

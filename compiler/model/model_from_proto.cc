@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "compiler/model/attributes.h"
+#include "compiler/model/looks_proto.h"
 #include "compiler/model/model_proto.h"
 
 namespace morphbus::model {
@@ -47,14 +48,15 @@ class Reader {
       place_.clear();
       CheckNames(model_.robots, "robots");
     }
+    if (error_.empty()) Bad(ReadLooks(message, &model_));
     if (!error_.empty()) return Fail("damaged model: " + error_);
     return std::move(model_);
   }
 
  private:
-  /// Records the first error, with the part of the model that is being read.
+  /// Records the first error, with the part of the model that is being read; none if it is empty.
   void Bad(const std::string& what) {
-    if (error_.empty()) error_ = place_.empty() ? what : place_ + ": " + what;
+    if (error_.empty() && !what.empty()) error_ = place_.empty() ? what : place_ + ": " + what;
   }
 
   /// An index below `count`; 0 and an error if it is not.

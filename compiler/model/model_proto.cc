@@ -1,10 +1,12 @@
 #include "compiler/model/model_proto.h"
 
+#include <google/protobuf/stubs/logging.h>
 #include <google/protobuf/text_format.h>
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
 #include "compiler/model/kinematic_graph.h"
+#include "compiler/model/looks_proto.h"
 
 namespace morphbus::model {
 namespace {
@@ -223,6 +225,7 @@ proto::Model ToProto(const Model& model) {
     Write(connection, message.add_connection_types());
   }
   for (const Robot& robot : model.robots) Write(model, robot, message.add_robots());
+  WriteLooks(model, &message);
   return message;
 }
 
@@ -237,6 +240,19 @@ std::string ModelText(const Model& model) {
   return text;
 }
 
-uint64_t ModelHash(std::string_view bytes) { return XXH64(bytes.data(), bytes.size(), 0); }
+std::string WithoutLooks(std::string_view bytes) {
+  // What is no model is refused where it is read.
+  const google::protobuf::LogSilencer silence;
+  proto::Model message;
+  const bool read = message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
+  if (!read || message.looks_size() == 0) return std::string(bytes);
+  message.clear_looks();
+  return message.SerializeAsString();
+}
+
+uint64_t ModelHash(std::string_view bytes) {
+  const std::string counted = WithoutLooks(bytes);
+  return XXH64(counted.data(), counted.size(), 0);
+}
 
 }  // namespace morphbus::model

@@ -28,7 +28,12 @@ std::string ModelText(const Model& model);
 /// Reads what SerializeModel wrote; at most 64 MiB.
 Result<Model> ParseModel(std::string_view bytes);
 
-/// Hash that names a model in images, run descriptions and logs: XXH64 of its serialized bytes.
+/// The bytes of a serialized model without how its links look. Bytes that are no model, or hold
+/// nothing of the kind, stay as they are.
+std::string WithoutLooks(std::string_view bytes);
+
+/// Hash that names a model in images, run descriptions and logs: XXH64 of its serialized bytes
+/// WithoutLooks, so that robots that look otherwise are still the same to whoever runs them.
 uint64_t ModelHash(std::string_view bytes);
 
 }  // namespace morphbus::model

@@ -96,6 +96,13 @@ std::vector<std::vector<Eigen::Vector3d>> Link::Parts() const {
   return parts;
 }
 
+std::vector<VisualPart> Link::Looks() const {
+  if (!visual.empty()) return visual;
+  std::vector<VisualPart> looks;
+  for (std::vector<Eigen::Vector3d>& part : Parts()) looks.push_back({std::move(part)});
+  return looks;
+}
+
 double ExtentOf(const ModuleType& type) {
   Eigen::AlignedBox3d box;
   // Hulls, connectors and sub-points together, whatever link they are on.

@@ -9,12 +9,15 @@
 // Everything refers to everything else by index, so that a model can be copied and moved freely.
 
 #include <Eigen/Geometry>
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
+
+#include "compiler/base/role_colors.h"
 
 namespace morphbus::model {
 
@@ -70,6 +73,17 @@ struct Connector {
   std::map<std::string, Eigen::Vector3d> normals;
 };
 
+/// A part of how a link looks: a convex hull, or the triangles of a mesh.
+struct VisualPart {
+  /// Its points in M (m), of single precision, as viewers have them.
+  std::vector<Eigen::Vector3d> points;
+  /// Indices of points, counter-clockwise as seen from outside; none: the part is the convex hull
+  /// of the points.
+  std::vector<std::array<int, 3>> triangles = {};
+  /// Its own color; absent: that of its module, or of the role that the module plays.
+  std::optional<Color> color = {};
+};
+
 /// A rigid body of a module.
 struct Link {
   std::string name;
@@ -87,7 +101,11 @@ struct Link {
   /// The standard deviation by which the link of one module weighs more or less than that of
   /// another, as a fraction of the mass.
   double mass_spread = 0.0;
+  /// How it looks in pictures, viewers and exports, and nowhere else; empty: like its shape.
+  std::vector<VisualPart> visual = {};
 
+  /// How it looks: `visual`, or else a part for each convex part of its shape.
+  [[nodiscard]] std::vector<VisualPart> Looks() const;
   /// The points of each convex part; none for a link without a shape.
   [[nodiscard]] std::vector<std::vector<Eigen::Vector3d>> Parts() const;
 };

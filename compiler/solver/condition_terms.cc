@@ -190,6 +190,7 @@ class Specialiser {
     if (const auto* value = std::get_if<AttributeValue>(&operand)) return {{*value, {}}};
     const auto& ref = std::get<AttributeRef>(operand);
     const Connector& connector = On(ref.side);
+    if (!ref.connector.empty() && ref.connector != connector.name) return {};
     const auto fixed = connector.attributes.find(ref.name);
     if (fixed != connector.attributes.end()) return {{fixed->second, {}}};
     std::vector<Possibility> result;
@@ -255,6 +256,15 @@ std::vector<Eigen::Vector3d> FindPoints(const PointRef& ref, bool direction,
                                         const Connector& connector) {
   // An axis is the same for all connectors; a normal belongs to the point that it is given for.
   if (ref.kind == PointRef::Kind::kAxis) return {ref.axis.normalized()};
+  if (!ref.connector.empty() && ref.connector != connector.name) return {};
+  if (direction && ref.kind == PointRef::Kind::kAnySubpoint) {
+    std::vector<Eigen::Vector3d> directions;
+    for (const std::string& name : connector.subpoint_names) {
+      const auto normal = connector.normals.find(name);
+      if (normal != connector.normals.end()) directions.push_back(normal->second);
+    }
+    return directions;
+  }
   if (direction) {
     const std::string key = ref.kind == PointRef::Kind::kSubpoint ? ref.subpoint : "";
     const auto normal = connector.normals.find(key);

@@ -20,6 +20,9 @@ struct PointRef {
   enum class Kind { kCentre, kSubpoint, kAnySubpoint, kAxis };
   Side side = Side::kA;
   Kind kind = Kind::kCentre;
+  /// The connector that the condition names: on every other one there is no such point. Empty: the
+  /// point is on whichever connector is bound.
+  std::string connector = {};
   /// For kSubpoint the name of the sub-point, e.g. "_1"; for kAxis that of the axis.
   std::string subpoint;
   /// For kAxis: the unit direction in the module frame.
@@ -31,6 +34,8 @@ struct AttributeRef {
   Side side = Side::kA;
   /// The name; a connector that has no such attribute breaks the condition.
   std::string name;
+  /// The connector that the condition names, as in PointRef.
+  std::string connector = {};
 };
 /// What a comparison compares: a constant or an attribute.
 using Operand = std::variant<model::AttributeValue, AttributeRef>;

@@ -98,6 +98,9 @@ class FailureFinder {
   /// What a connector has as attribute or state: `c1.gender is "male"`.
   [[nodiscard]] std::string DescribeAttribute(const AttributeRef& ref) const {
     const Connector& connector = ref.side == Side::kA ? a_ : b_;
+    if (!ref.connector.empty() && ref.connector != connector.name) {
+      return fmt::format("{} is not {}", NameOn(ref.side), ref.connector);
+    }
     const auto fixed = connector.attributes.find(ref.name);
     if (fixed != connector.attributes.end()) {
       return fmt::format("{}.{} is {}", NameOn(ref.side), ref.name,
@@ -133,6 +136,10 @@ class FailureFinder {
       if (!FindPoints(*ref, directions, On(*ref)).empty()) continue;
       // What is missing makes the condition false, and so its negation true.
       if (negated) return {};
+      if (!ref->connector.empty() && ref->connector != On(*ref).name) {
+        return {{condition.span, fmt::format("{} is not {}", NameOn(ref->side), ref->connector),
+                 &condition}};
+      }
       return {
           {condition.span,
            fmt::format("{} has no such {}", NameOn(ref->side), directions ? "normal" : "sub-point"),

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws docs/pictures/robots.png anew: one robot of each kind of module in perspective, by
+"""Draws docs/pictures/robots.png and modules.png anew: robots of each kind of module in perspective, by
 `morphbus draw`, put side by side in true color.
 
 Usage: docs/pictures/robots.py [MORPHBUS]     the program (default build/release/bin/morphbus)
@@ -14,6 +14,9 @@ import zlib
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 ROBOTS = (('atron', 'car7'), ('molecube', 'arm'), ('ckbot', 'loop'),
           ('mtran_robots', 'caterpillar'), ('mtran_robots', 'crawler'), ('mixed', 'inchworm'))
+OTHERS = (('smores', 'train'), ('superbot', 'superbot_snake'), ('rofi', 'rofi_snake'),
+          ('roombots', 'roombots_snake'), ('dtto', 'dtto_ring'), ('revolve2', 'spider'),
+          ('pairs', 'crane'), ('pairs', 'tractor'))
 COLUMNS = 2
 SHRINK = 2  # draw's pixels a pixel of the picture, each way: their mean is one more smoothing
 
@@ -77,11 +80,10 @@ def write_png(path, rows):
                      chunk(b'IDAT', zlib.compress(bytes(differences), 9)) + chunk(b'IEND', b''))
 
 
-def main():
-    morphbus = sys.argv[1] if len(sys.argv) > 1 else SOURCE / 'build/release/bin/morphbus'
+def draw(morphbus, robots, name):
     pictures = []
     with tempfile.TemporaryDirectory() as folder:
-        for model, robot in ROBOTS:
+        for model, robot in robots:
             path = pathlib.Path(folder) / f'{robot}.png'
             subprocess.run([morphbus, 'draw', SOURCE / f'models/{model}.m3l', '--robot', robot, '--view', 'iso',
                             '-o', path], check=True)
@@ -89,7 +91,13 @@ def main():
     rows = []
     for begin in range(0, len(pictures), COLUMNS):
         rows += beside(pictures[begin:begin + COLUMNS])
-    write_png(SOURCE / 'docs/pictures/robots.png', rows)
+    write_png(SOURCE / 'docs/pictures' / name, rows)
+
+
+def main():
+    morphbus = sys.argv[1] if len(sys.argv) > 1 else SOURCE / 'build/release/bin/morphbus'
+    draw(morphbus, ROBOTS, 'robots.png')
+    draw(morphbus, OTHERS, 'modules.png')
 
 
 if __name__ == '__main__':

@@ -99,9 +99,10 @@ class JointSigns {
   [[nodiscard]] int At(int64_t time_us) const;
   /// True if there ever is a convention.
   [[nodiscard]] bool ever() const { return !signs_.empty(); }
+  /// Since when (sim time, µs) which sign holds, in order of time; the first holds before it, too.
+  [[nodiscard]] const std::vector<std::pair<int64_t, int>>& spans() const { return signs_; }
 
  private:
-  /// Since when (sim time, µs) which sign holds, in order of time.
   std::vector<std::pair<int64_t, int>> signs_;
 };
 

@@ -135,20 +135,31 @@ void DrawGround(cairo_t* cr, const Projection& projection, const PanelMap& map) 
   }
 }
 
-/// Paints faces over each other in the order in which they come, each with an edge of its own
+/// Paints faces over each other in the order in which they come, with their edges in the faces' own
 /// color, darkened.
 void DrawFaces(cairo_t* cr, const std::vector<VisibleFace>& faces, const PanelMap& map) {
   cairo_set_line_join(cr, CAIRO_LINE_JOIN_ROUND);
+  cairo_set_line_cap(cr, CAIRO_LINE_CAP_ROUND);
   for (const VisibleFace& face : faces) {
     // cairo_line_to begins a path where there is none.
     for (const Eigen::Vector2d& p : face.outline) cairo_line_to(cr, map.U(p.x()), map.V(p.y()));
     cairo_close_path(cr);
     SetColor(cr, face.color);
     cairo_fill_preserve(cr);
+    // Faces of a curved surface reach over each other a little, or the ground shines through.
+    cairo_set_line_width(cr, 0.4);
+    cairo_stroke(cr);
+    for (size_t i = 0; i < face.outline.size(); ++i) {
+      if (!face.edges[i]) continue;
+      const Eigen::Vector2d& next = face.outline[(i + 1) % face.outline.size()];
+      cairo_move_to(cr, map.U(face.outline[i].x()), map.V(face.outline[i].y()));
+      cairo_line_to(cr, map.U(next.x()), map.V(next.y()));
+    }
     cairo_set_line_width(cr, 0.8);
     SetColor(cr, {face.color[0] * 0.45, face.color[1] * 0.45, face.color[2] * 0.45});
     cairo_stroke(cr);
   }
+  cairo_set_line_cap(cr, CAIRO_LINE_CAP_BUTT);
 }
 
 /// Names in small type, with a halo so that they can be read on any color, and lines to the modules
@@ -429,8 +440,9 @@ Scene SceneOf(const model::Model& model, const model::Robot& robot,
       if (l % 2 == 1) {
         for (double& c : color) c = 1 - (1 - c) * 0.72;
       }
-      for (auto& part : type.links[l].Parts()) {
-        scene.hulls.push_back({std::move(part), X_WL[m][l], color, static_cast<int>(m)});
+      for (model::VisualPart& part : type.links[l].Looks()) {
+        scene.hulls.push_back({std::move(part.points), X_WL[m][l], part.color.value_or(color),
+                               static_cast<int>(m), std::move(part.triangles)});
       }
       for (const Eigen::Vector3d& p_L : type.links[l].hull) {
         sum += X_WL[m][l] * p_L;

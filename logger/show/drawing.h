@@ -27,7 +27,7 @@ enum class View {
   kThreeQuarter,
 };
 
-/// One convex body of a picture: a link of a module, or a part of one.
+/// One body of a picture: a link of a module, or a part of one.
 struct SceneHull {
   /// Points whose convex hull is the body, in the frame of its link L (m). Flat sets are drawn as
   /// plates of 3 mm, so that they can be seen edge on.
@@ -38,7 +38,7 @@ struct SceneHull {
   /// Number of the module whose body it is, as names refer to it.
   int owner = 0;
   /// Where there are any, the body is no hull but these triangles between the points, seen from
-  /// both sides. What no plane parts from it is painted over it.
+  /// both sides. What no plane parts from a terrain (owner below 0) is painted over it.
   std::vector<std::array<int, 3>> triangles = {};
 };
 

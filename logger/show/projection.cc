@@ -3,7 +3,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
+#include <span>
+#include <utility>
 
 #include "compiler/model/convex_hull.h"
 
@@ -52,17 +55,66 @@ PaintedHull PlaceCorners(const std::vector<Eigen::Vector3d>& points_L, const mod
   return painted;
 }
 
+/// Whether the side between two faces of these normals (view coordinates) is drawn: they meet
+/// sharply, or one is seen and the other not.
+bool IsEdge(const Eigen::Vector3d& normal_1, const Eigen::Vector3d& normal_2) {
+  // Faces that turn by less than 20 degrees stand for a curved surface.
+  constexpr double kSmooth = 0.94;
+  constexpr double kSeen = 1e-6;
+  return normal_1.dot(normal_2) < kSmooth || (normal_1.z() > kSeen) != (normal_2.z() > kSeen);
+}
+
+/// The normals of the faces at each side, whose ends are numbers of corners, the lower one first.
+using SideNormals = std::map<std::pair<int, int>, std::vector<Eigen::Vector3d>>;
+
+std::pair<int, int> SideBetween(int a, int b) { return std::minmax({a, b}); }
+
+/// Which sides of a polygon of these corners are drawn.
+std::vector<bool> EdgesOf(const std::span<const int> polygon, const SideNormals& sides) {
+  std::vector<bool> edges;
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const auto& normals = sides.at(SideBetween(polygon[i], polygon[(i + 1) % polygon.size()]));
+    // Where a surface ends there is one face only.
+    edges.push_back(normals.size() < 2 || IsEdge(normals[0], normals[1]));
+  }
+  return edges;
+}
+
+/// The planes of the convex hull of a mesh's points, by which it is ordered among other bodies.
+void AddPlanes(const SceneHull& mesh, const Projection& projection, PaintedHull* painted) {
+  const model::ConvexHull hull = model::ComputeHull(mesh.points_L);
+  for (const model::HullFace& face : hull.faces) {
+    const Eigen::Vector3d normal = projection.Direction(mesh.X_WL.linear() * face.normal);
+    const Eigen::Vector3d corner = mesh.X_WL * hull.vertices[face.polygon.front()];
+    painted->normals.push_back(normal);
+    painted->offsets.push_back(normal.dot(projection.Project(corner)));
+  }
+}
+
 /// Brings triangles into view coordinates, shaded on the side that is seen; edge on their outlines
-/// remain. They part no hulls.
+/// remain. Those of a terrain, which no module owns, part no hulls.
 PaintedHull PaintTriangles(const SceneHull& hull, const Projection& projection) {
   PaintedHull painted = PlaceCorners(hull.points_L, hull.X_WL, projection);
-  painted.is_surface = true;
+  painted.is_surface = hull.owner < 0;
+  if (!painted.is_surface) AddPlanes(hull, projection, &painted);
+  const auto normal_of = [&](const std::array<int, 3>& triangle) {
+    const Eigen::Vector3d& a = painted.corners[triangle[0]];
+    const Eigen::Vector3d& b = painted.corners[triangle[1]];
+    const Eigen::Vector3d& c = painted.corners[triangle[2]];
+    return Eigen::Vector3d((b - a).cross(c - a).normalized());
+  };
+  SideNormals sides;
+  for (const std::array<int, 3>& triangle : hull.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      sides[SideBetween(triangle[k], triangle[(k + 1) % 3])].push_back(normal_of(triangle));
+    }
+  }
   const Eigen::Vector3d up_V = projection.Direction(Eigen::Vector3d::UnitY());
   for (const std::array<int, 3>& triangle : hull.triangles) {
     const Eigen::Vector3d& a = painted.corners[triangle[0]];
     const Eigen::Vector3d& b = painted.corners[triangle[1]];
     const Eigen::Vector3d& c = painted.corners[triangle[2]];
-    Eigen::Vector3d normal = (b - a).cross(c - a).normalized();
+    Eigen::Vector3d normal = normal_of(triangle);
     // A surface has two sides: the one that is seen is shaded.
     if (normal.z() < 0) normal = -normal;
     VisibleFace visible;
@@ -70,6 +122,7 @@ PaintedHull PaintTriangles(const SceneHull& hull, const Projection& projection) 
     visible.color = Shade(hull.color, normal, up_V);
     visible.depth = (a.z() + b.z() + c.z()) / 3;
     for (const Eigen::Vector3d& p : {a, b, c}) visible.outline.emplace_back(p.x(), p.y());
+    visible.edges = EdgesOf(triangle, sides);
     painted.faces.push_back(visible);
   }
   return painted;
@@ -82,6 +135,13 @@ PaintedHull Paint(const SceneHull& hull, const Projection& projection) {
   const model::ConvexHull solid = model::ComputeHull(model::ThickenFlat(hull.points_L, kPlate));
   PaintedHull painted = PlaceCorners(solid.vertices, hull.X_WL, projection);
   const Eigen::Vector3d up_V = projection.Direction(Eigen::Vector3d::UnitY());
+  SideNormals sides;
+  for (const model::HullEdge& edge : solid.edges) {
+    for (const Eigen::Vector3d& normal : {edge.normal_1, edge.normal_2}) {
+      sides[SideBetween(edge.begin, edge.end)].push_back(
+          projection.Direction(hull.X_WL.linear() * normal));
+    }
+  }
   // All faces help to order hulls; those that look at the viewer are painted.
   for (const model::HullFace& face : solid.faces) {
     const Eigen::Vector3d normal = projection.Direction(hull.X_WL.linear() * face.normal);
@@ -96,6 +156,7 @@ PaintedHull Paint(const SceneHull& hull, const Projection& projection) {
       visible.outline.emplace_back(p.x(), p.y());
       visible.depth += p.z() / static_cast<double>(face.polygon.size());
     }
+    visible.edges = EdgesOf(face.polygon, sides);
     painted.faces.push_back(visible);
   }
   return painted;
@@ -163,25 +224,30 @@ bool Behind(const PaintedHull& a, const PaintedHull& b) {
 }
 
 /// Order in which to paint: repeatedly the farthest hull behind which nothing unpainted lies; where
-/// hulls cover each other in a ring, the farthest. Cubic in the number of hulls, of which a robot
-/// has some dozens.
+/// hulls cover each other in a ring, the farthest. Quadratic in the number of hulls.
 std::vector<size_t> PaintingOrder(const std::vector<PaintedHull>& hulls) {
+  // For each hull those that it covers up, and how many unpainted ones have to come before it.
+  // Hulls that do not meet on the picture cannot cover each other, and are not compared.
+  std::vector<std::vector<size_t>> before(hulls.size());
+  std::vector<int> waits_for(hulls.size(), 0);
+  for (size_t i = 0; i < hulls.size(); ++i) {
+    for (size_t j = 0; j < hulls.size(); ++j) {
+      if (i == j || !OverlapOnPicture(hulls[i], hulls[j]) || !Behind(hulls[i], hulls[j])) continue;
+      before[i].push_back(j);
+      ++waits_for[j];
+    }
+  }
   std::vector<size_t> by_depth(hulls.size());
   std::iota(by_depth.begin(), by_depth.end(), 0);
   std::ranges::stable_sort(by_depth, {}, [&](size_t i) { return hulls[i].depth; });
   std::vector<size_t> order;
-  // Hulls that do not meet on the picture cannot cover each other, and are not compared.
   while (!by_depth.empty()) {
-    auto pick = std::find_if(by_depth.begin(), by_depth.end(), [&](size_t hull) {
-      return std::none_of(by_depth.begin(), by_depth.end(), [&](size_t other) {
-        return other != hull && OverlapOnPicture(hulls[other], hulls[hull]) &&
-               Behind(hulls[other], hulls[hull]);
-      });
-    });
+    auto pick = std::ranges::find_if(by_depth, [&](size_t i) { return waits_for[i] == 0; });
     // A ring of hulls that each cover another one has no right order; the farthest is the least
     // wrong.
     if (pick == by_depth.end()) pick = by_depth.begin();
     order.push_back(*pick);
+    for (const size_t later : before[*pick]) --waits_for[later];
     by_depth.erase(pick);
   }
   return order;

@@ -36,6 +36,9 @@ class Projection {
 struct VisibleFace {
   /// Its corners on the picture plane, (u, v) in metres.
   std::vector<Eigen::Vector2d> outline;
+  /// For each corner whether the side from it to the next one is drawn as an edge: where the body
+  /// bends sharply, and where it ends as it is seen.
+  std::vector<bool> edges;
   /// Color of its hull, shaded by how the face lies to the light.
   Color color;
   /// Mean depth of its corners (m); faces of one hull are painted in this order.

@@ -206,6 +206,29 @@ TEST(RunClockTest, CommandsHoldTheRunSetItsSpeedAndLoseModules) {
   EXPECT_FALSE(clock.ended());
 }
 
+TEST(RunClockTest, APushLastsAsLongAsItWasAskedFor) {
+  RunClock clock;
+  const auto take = [&clock](int64_t tick, const std::vector<std::string>& controls) {
+    morphbus::sim_clock_t message = {};
+    message.header.tick = tick;
+    message.header.sim_time_us = 20'000 * tick;
+    message.tick_us = 20'000;
+    message.controls = controls;
+    clock.Take(message);
+    return clock.pushes().size();
+  };
+  // Along a vector of any length; without a time it lasts one tick.
+  EXPECT_EQ(take(5, {"push m5.active_block 0,3,4 10 0.06", "push m1 WEST 2"}), 2U);
+  EXPECT_EQ(clock.pushes()[0].module, "m5");
+  EXPECT_EQ(clock.pushes()[0].link, "active_block");
+  EXPECT_NEAR(clock.pushes()[0].force_W[1], 6.0, 1e-12);
+  EXPECT_NEAR(clock.pushes()[0].force_W[2], 8.0, 1e-12);
+  EXPECT_NEAR(clock.pushes()[1].force_W[2], -2.0, 1e-12);
+  EXPECT_EQ(take(6, {}), 1U);
+  EXPECT_EQ(take(7, {}), 1U);
+  EXPECT_EQ(take(8, {}), 0U);
+}
+
 TEST(RunClockTest, ARunWhoseClockComesAgainHoldsStill) {
   RunClock clock;
   morphbus::sim_clock_t tick{};

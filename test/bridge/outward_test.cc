@@ -11,6 +11,7 @@
 #include "bridge/outward/converter.h"
 #include "bridge/outward/scene.h"
 #include "bridge/wire/codec.h"
+#include "compiler/model/model.pb.h"
 #include "compiler/model/run_description.pb.h"
 #include "logger/compare/kinematic_tracks.h"
 #include "test/bridge/outward_collector.h"
@@ -274,6 +275,37 @@ TEST(Outward, HullsOfTheSceneAreTheModelsOwnAndFaceOutward) {
       const Eigen::Vector3d a = corner(i), b = corner(i + 1), c = corner(i + 2);
       EXPECT_GT((b - a).cross(c - a).dot(a - centre), 0.0);
     }
+  }
+}
+
+TEST(Outward, ALinkLooksAsItsModelSaysAndKeepsItsOwnColours) {
+  proto::RunDescription description;
+  ASSERT_TRUE(description.ParseFromString(test::SyntheticDescription("one", "synth")));
+  proto::Model model;
+  ASSERT_TRUE(model.ParseFromString(description.model()));
+  // A tetrahedron in the module's colour, and a triangle in one of its own, on the first link of
+  // all modules. The model's hash does not know of them.
+  proto::LinkLooks* looks = model.add_looks();
+  proto::VisualPart* hull = looks->add_parts();
+  for (const float x : {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}) hull->add_points(x);
+  proto::VisualPart* triangle = looks->add_parts();
+  for (const float x : {0, 0, 0, 1, 0, 0, 0, 1, 0}) triangle->add_points(x);
+  for (const unsigned corner : {0u, 1u, 2u}) triangle->add_corners(corner);
+  triangle->set_color(0x102030);
+  description.set_model(model.SerializeAsString());
+  const auto run = ReadRunWithRobot(description.SerializeAsString());
+  ASSERT_TRUE(run) << run.error().message;
+  const foxglove::SceneUpdate scene = SceneOf("src", **run);
+  const foxglove::SceneEntity& entity = scene.entities(0);
+  ASSERT_EQ(entity.triangles_size(), 2);
+  EXPECT_EQ(entity.triangles(0).indices_size(), 12);
+  EXPECT_EQ(entity.triangles(0).color().r(), ModuleColor(0).r());
+  EXPECT_EQ(entity.triangles(1).indices_size(), 3);
+  EXPECT_EQ(entity.triangles(1).color().b(), 48 / 255.0);
+  const foxglove::KeyValuePair& last = entity.metadata(entity.metadata_size() - 1);
+  EXPECT_EQ(last.key() + " " + last.value(), "own_colors 1");
+  for (const auto& pair : scene.entities(1).metadata()) {
+    EXPECT_NE(pair.key(), "own_colors") << "the other link looks like its hull";
   }
 }
 

@@ -324,9 +324,10 @@ class Cli(Case):
         self.assertRegex(answer['hash'], '^[0-9a-f]{16}$')
         self.assertEqual(answer['large_profile'], [])
         large = self.folder / 'large.dyn'
-        large.write_text('role R extends Module {\n  startup s() {\n    print(self.place($UP_DOWN), exp(self.time), int(self.time));\n  }\n}\n')
-        self.assertEqual(as_json('compile', large, '--model', MODEL, '-o', self.folder / 'c')['large_profile'], ['exp', 'place'])
-        self.assertIn('not for the small profile of microcontrollers: exp, place\n',
+        large.write_text('role R extends Module {\n  kept n = 1;\n  trace n;\n  startup s() {\n    n += 1;\n    print(self.place($UP_DOWN), exp(self.time), int(self.time));\n  }\n}\n')
+        self.assertEqual(as_json('compile', large, '--model', MODEL, '-o', self.folder / 'c')['large_profile'],
+                         ['exp', 'place', 'kept fields', 'traced fields'])
+        self.assertIn('not for the small profile of microcontrollers: exp, place, kept fields, traced fields\n',
                       morphbus('compile', large, '--model', MODEL, '-o', self.folder / 'c', '--force').stdout)
         morphbus('compile', PROGRAM, '--model', MODEL, '-o', '-', '--json', status=2)
         self.assertEqual((self.folder / 'a').read_bytes(), (self.folder / 'b').read_bytes())
@@ -420,7 +421,7 @@ class Cli(Case):
 
     def test_every_command_has_help_with_an_example(self):
         names = ['check', 'connections', 'fk', 'graph', 'equivalent', 'variants', 'roles',
-                 'compile', 'disasm', 'format', 'export', 'draw', 'new', 'lsp', 'run', 'sweep', 'optimise', 'sim',
+                 'compile', 'disasm', 'format', 'export', 'draw', 'new', 'lsp', 'run', 'sweep', 'optimise', 'benchmark', 'sim',
                  'log', 'replay', 'spy', 'monitor', 'control', 'runs', 'doctor', 'compare', 'info', 'verify', 'repair', 'reproduce',
                  'report', 'convert', 'completion', 'man']
         for name in names:

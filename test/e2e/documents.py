@@ -27,6 +27,7 @@ ELSEWHERE = {
     ('install.md', 'tools/setup --page'): 'test/packages/tarball',
     ('install.md', 'tools/setup --run'): 'test/e2e/shell.py',
     ('lockstep-model.md', 'tools/setup'): 'test/promela/check',
+    ('benchmark.md', ''): 'test/e2e/benchmark.py',
     ('monitor.md', 'morphbus monitor'): 'test/e2e/monitor.py',
     ('optimise.md', ''): 'test/e2e/optimise.py',
     ('python.md', 'cmake --preset'): 'test/python/morphbus_test.py',

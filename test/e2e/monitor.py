@@ -10,7 +10,7 @@ import struct
 import subprocess
 import unittest
 
-from control_live import Live
+from control_live import Live, written_so_far
 from monitor_client import TOKEN, Monitor, WebSocket, run_client
 from support import BIN, LIMIT, MODEL, PROGRAM, SCRATCH, ShortRun, as_json, await_condition, decode, morphbus, read_events
 
@@ -111,8 +111,47 @@ class Playback(Walk):
         self.assertEqual(names, ['walk', 'walk-2'])
         self.assertIn('/walk/tf', client.channels)
         self.assertIn('/walk-2/tf', client.channels)
+        # Who answers to whom in them: of one and the same log every module to itself, by its role.
+        client.subscribe('/pairs')
+        frame = client.until(lambda m: isinstance(m, bytes) and m[0] == 1)
+        for role in ('Junction', 'FrontLeftUpperHalf', 'BackRightLowerHalf'):
+            self.assertIn(role.encode(), frame)
+        alone = WebSocket(Monitor(self, self.short)).greet()
+        self.assertNotIn('/pairs', alone.channels)
         for name in names:
             self.assertEqual(client.call(f'/{name}/playback', {'playing': False, 'from_us': 0})['time_us'], 0)
+
+    def test_why_a_module_has_a_role_or_none(self):
+        log = self.folder / 'lost.log'
+        morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--run', 'walk', '--seconds', '4', '--inproc', '--lose', 'm2@2',
+                 '--log', log, status=None)
+        client = WebSocket(Monitor(self, log)).greet()
+        # While all have their roles nothing is missing. What roles ask for is what `roles --why` says of the robot at rest.
+        self.assertEqual(client.call('/walk/missing_roles', {'time_us': 1_900_000})['modules'], {})
+        role = as_json('roles', MODEL, PROGRAM, '--robot', 'quadruped')['modules']['m4']['role']
+        told = client.call('/walk/explain_role', {'module': 'm4', 'role': role, 'time_us': 0})
+        why = as_json('roles', MODEL, PROGRAM, '--robot', 'quadruped', '--why', 'm4', role)
+        self.assertTrue(told['fits'])
+        self.assertEqual([(part['line'], part['holds'], part['finding']) for part in told['parts']],
+                         [(part['line'], part['holds'], part['finding']) for part in why['parts']])
+        # Without m2, which is lost and of which nobody is told anything, the others have none.
+        missing = client.call('/walk/missing_roles', {'time_us': 3_900_000})
+        self.assertEqual(sorted(missing['modules']), sorted(f'm{i}' for i in range(1, 10) if i != 2))
+        junction = [line for line in missing['modules']['m3'] if line['text'].startswith('not Junction: ')]
+        self.assertEqual(junction, [{'line': 15, 'text': 'not Junction: this requirement fails, measured 2 against 4'}])
+        self.assertIn('m9', client.call('/walk/explain_role', {'module': 'm99', 'role': role, 'time_us': 0}))
+        self.assertIn('time_us', client.call('/walk/missing_roles', {}))
+
+    def test_a_log_that_was_cut_tells_where(self):
+        cut = self.folder / 'cut.log'
+        with open(self.short, 'rb') as whole:
+            data = whole.read()
+        cut.write_bytes(data[:len(data) // 2])
+        damage = Monitor(self, cut).said['sources'][0]['damage']
+        self.assertTrue(damage['cut'])
+        end = Monitor(self, self.short).said['sources'][0]
+        self.assertIsNone(end['damage'])
+        self.assertTrue(0 < damage['time_us'] < end['end_us'])
 
     def test_what_is_no_log_is_refused_in_a_sentence(self):
         done = morphbus('monitor', PROGRAM, '--port', '0', status=2)
@@ -312,6 +351,29 @@ class Attacks(Walk):
         self.assertGreaterEqual(monitor.stop()['overrun'], 1)
 
 
+class Waiting(Live):
+    def test_the_page_waits_for_a_run_if_none_is_there(self):
+        monitor = Monitor(self)
+        self.assertEqual(monitor.said['sources'], [])
+        client = WebSocket(monitor)
+        self.assertEqual(json.loads(client.op('serverInfo')['metadata']['sources']), [])
+        self.start()
+        # The server that waited goes, and another one is at the same place.
+        with self.assertRaises((EOFError, ConnectionError)):
+            client.until(lambda m: False)
+
+        def sources():
+            try:
+                again = WebSocket(monitor).greet()
+            except (OSError, AssertionError, EOFError):
+                return []
+            again.close()
+            return [s['name'] for s in json.loads(again.info['metadata']['sources']) if s['kind'] == 'live']
+        self.assertEqual(await_condition(sources, 'the run is shown'), ['live'])
+        self.control('stop')
+        self.end()
+
+
 class OfARun(Live):
     def setUp(self):
         super().setUp()
@@ -320,8 +382,19 @@ class OfARun(Live):
 
     def test_the_independent_client_hears_every_topic(self):
         got = run_client(f'ws://127.0.0.1:{self.monitor.port}/', 'foxglove.sdk.v1', '--live')
-        self.assertEqual({topic for topic, count in got['counts'].items() if count == 0} -
-                         {'/live/faults', '/live/prints', '/live/log', '/live/health', '/live/channels'}, set())
+        self.assertEqual({topic for topic, count in got['counts'].items() if count == 0 and topic.startswith('/live/')} -
+                         {'/live/faults', '/live/prints', '/live/traces', '/live/log', '/live/health', '/live/channels'}, set())
+
+    def test_what_was_before_the_monitor_came_is_at_hand(self):
+        # The logger writes a block at a time.
+        log = f'{self.path}.partial'
+        await_condition(lambda: any(channel.endswith('/CLOCK') for _, _, channel, _ in written_so_far(log)), 'the log has begun')
+        client = WebSocket(Monitor(self, '--run', 'live')).greet()
+        past, live = json.loads(client.info['metadata']['sources'])
+        self.assertEqual((past['kind'], past['past_of'], live['name'], live['kind']), ('log', 'live', 'live', 'live'))
+        state = client.call(f'/{past["name"]}/playback', {'from_us': 0, 'playing': False})
+        self.assertEqual((state['begin_us'], state['time_us']), (0, 0))
+        self.assertGreater(past['end_us'], 0)
 
     def test_pauses_steps_pushes_and_changes_speed_for_who_has_the_token(self):
         client = WebSocket(self.monitor).greet()

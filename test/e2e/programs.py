@@ -24,6 +24,9 @@ MOVED_BY = {
     ('mtran_robots', 'crawler'): 'crawler',
     ('mtran_robots', 'carrier'): 'carry', ('mtran_robots', 'equivalent_carrier'): 'carry',
     ('smores', 'train'): 'smores_train',
+    ('superbot', 'superbot_snake'): 'superbot_snake', ('rofi', 'rofi_snake'): 'rofi_snake',
+    ('roombots', 'roombots_snake'): 'roombots_snake', ('dtto', 'dtto_ring'): 'dtto_ring', ('revolve2', 'spider'): 'spider',
+    ('pairs', 'crane'): 'crane', ('pairs', 'tractor'): 'tractor',
     **{('snakes', f'{kind}_snake{n}'): 'snake' for kind in ('mtran', 'ckbot', 'molecube') for n in (4, 8, 16)},
 }
 

@@ -13,7 +13,7 @@ import threading
 import unittest
 
 from interop import send
-from support import MODEL, PROGRAM, Case, as_json, await_condition, command
+from support import MODEL, PROGRAM, Case, as_json, await_condition, command, morphbus
 
 # The fields that a colour has in an escape sequence: 30..37, 90..97, 38, 39 and their backgrounds.
 COLOR = re.compile(r'\x1b\[(?:\d+;)*(?:3[0-8]|9[0-7]|4[0-8]|10[0-7])(?:;\d+)*m')
@@ -117,7 +117,7 @@ class ForeignTraffic(Terminal):
         self.open('spy', '--lcm-url', 'udpm://')
         text = self.await_screen(r'30 channels')
         self.assertIn('no run of Morphbus heard', text)
-        self.assertRegex(text, r'CHANNEL 1-\d+/30')
+        self.assertRegex(text, r'CHANNEL 1-\d+ ')
         self.assertEqual(len(text.splitlines()), 24)
         self.assertNotIn('MODULE', text)
         self.await_selected('CART_WHEEL')
@@ -141,7 +141,7 @@ class ForeignTraffic(Terminal):
         self.type('other_1')
         self.await_screen(r'filter: other_1_')
         self.keys('Enter')
-        text = self.await_screen(r"filter 'other_1'")
+        text = self.await_screen(r"filter 'other_1'  10 of 30 channels")
         self.assertNotIn('CART_WHEEL', text)
         self.assertIn('OTHER_19', text)
         self.keys('Escape')
@@ -157,15 +157,18 @@ class ForeignTraffic(Terminal):
         self.assertIn('CART_WHEEL  cart.wheel_t', text)
         self.assertRegex(text, r'name +"left"')
         self.assertRegex(text, r'gear +3\n', 'what never changes has no bars')
-        # The next channel from there: its type is unknown, and the screen says so.
+        # The next channel from there: its type is unknown, and the screen says so, with a way out and the bytes.
         self.keys(']')
-        self.await_screen(r'OTHER_00  of unknown type  0001020304050607.*unknown type')
+        self.await_screen(r'OTHER_00  of unknown type  0001020304050607.*unknown type.*name its \.lcm files by --types$.*'
+                          r'^0000  00 01 02 03 04 05 06 07 +\.{8}$')
+        self.keys(']')
+        self.await_screen(r'^0000  00 01 02 03 04 05 06 07  00 00 00 00 00 00 00 00  \.{16}$.*^0010  00 00 +\.\.$')
         self.keys('Escape')
-        self.await_selected('OTHER_00')
+        self.await_selected('OTHER_01')
 
     def test_every_size_has_its_screen(self):
         self.open('spy', '--lcm-url', 'udpm://', '--types', self.types)
-        self.await_screen(r'CHANNEL .*TYPE +HZ +P50 +P99 +B/S +COUNT +LOST +UNDEC')
+        self.await_screen(r'CHANNEL .*TYPE +HZ +TREND +P50 +P99 +B/S +COUNT +LOST +UNDEC')
         for width, height in ((60, 20), (40, 12), (24, 6), (12, 3), (3, 2), (120, 40), (80, 24)):
             self.tmux('resize-window', '-x', width, '-y', height)
 
@@ -178,7 +181,16 @@ class ForeignTraffic(Terminal):
             self.assertTrue(all(len(line) <= width for line in self.screen().splitlines()))
             if width >= 24 and height >= 6:
                 self.await_screen(r'^>CART_WHEEL')
-        self.await_screen(r'CHANNEL .*TYPE +HZ +P50 +P99 +B/S +COUNT +LOST +UNDEC')
+        self.await_screen(r'CHANNEL .*TYPE +HZ +TREND +P50 +P99 +B/S +COUNT +LOST +UNDEC')
+
+    def test_the_last_line_and_the_help_have_the_keys_that_do_something(self):
+        self.open('spy', '--lcm-url', 'udpm://')
+        text = self.await_screen(r'30 channels')
+        self.assertRegex(text, r'\? help  q quit  Enter open  / filter  s sort  f freeze\n$')
+        self.keys('?')
+        text = self.await_screen(r'^KEYS.*^Esc back  j k scroll$')
+        self.assertNotIn('…', text)
+        self.assertNotIn('pauses', text)
 
     def test_colours_only_where_they_are_wanted(self):
         self.open('spy', '--lcm-url', 'udpm://')
@@ -193,7 +205,7 @@ class ForeignTraffic(Terminal):
 
     def test_a_locale_without_utf8_gets_ascii(self):
         self.open('spy', '--lcm-url', 'udpm://', '--types', self.types, environment={'LC_ALL': 'C'})
-        self.await_screen(r'CART_WHEEL')
+        self.await_screen(r'CART_WHEEL +cart\.whe\S+ +\d+\.\d+ +[_.=+*%#-]{2,} ')
         self.keys('Enter')
         text = self.await_screen(r'speed +[\d.]+ [_.=+*%#-]{4,}')
         self.assertTrue(text.isascii(), text)
@@ -247,14 +259,19 @@ class OurRun(Terminal):
     def test_modules_have_role_pose_and_process(self):
         self.open('spy')
         self.await_screen(r'walk  running  sim \d+\.\d\d s  ×')
-        self.await_screen(r'^ m5 +Junction +0µs +0 +\d+\.\d% +\d+\.\dM')
+        self.await_screen(r'^ m5 +Junction +0µs +0 +\d+\.\d% +[▏▎▍▌▋▊▉█]* +[▁▂▃▄▅▆▇█]+ +\d+\.\dM')
         self.await_screen(r'^ m1 +FrontLeftLowerHalf')
-        self.await_screen(r'walk/SIM/CLOCK +sim_clock_t +[1-9]')
+        # Its name stands in the first line, and not in every row.
+        text = self.await_screen(r'^ SIM/CLOCK +sim_clock_t +[1-9]\S+ +[▁▂▃▄▅▆▇█]{2,} ')
+        self.assertNotIn('walk/', text)
         self.keys('Tab')
         self.await_screen(r'^>m1 .*^ SIM +simulator')
         self.keys('Down', 'Enter')
         text = self.await_screen(r'^m2  of run walk  MTRAN.*^role +FrontLeftUpperHalf.*^convention.*^process +\d')
         self.assertRegex(text, r'pose +\d+ms old, 1 module from the root')
+        # Joints and links are called what the model calls them, of a run that began before the spy.
+        self.assertRegex(text, r'(?m)^convention +joint_1 [+-]1, joint_2 [+-]1$')
+        self.assertRegex(text, r': (active|passive)_block$|: connecting_bar$|: joint_[12]\n')
         self.keys('?')
         self.await_screen(r'^KEYS')
         self.keys('?')
@@ -264,11 +281,20 @@ class OurRun(Terminal):
         self.open('spy', '--run', 'walk')
         self.await_screen(r'walk  running')
         self.await_screen(r'MODULE')
+        # A run that goes on cannot step, one that holds still can.
+        self.tmux('resize-window', '-x', 120, '-y', 30)
+        text = self.await_screen(r'p pause  \+- speed  f freeze$')
+        self.assertNotIn('. step', text)
+        self.keys('?')
+        self.await_screen(r'paused: runs one tick, ten ticks')
+        self.keys('?')
         self.keys('p')
         self.await_screen(r'^pause: tick \d+')
         held = int(re.search(r'tick (\d+)', self.await_screen(r'walk  paused.*×0\.00')).group(1))
         self.keys('.')
         self.await_screen(rf'^step 1: tick {held + 1} ')
+        self.keys('Up')
+        self.await_screen(r'p resume  \. step  \+- speed')
         self.await_screen(rf'paused.*tick {held + 1}\b')
         self.keys(',')
         self.await_screen(rf'paused.*tick {held + 11}\b')
@@ -290,7 +316,17 @@ class OurRun(Terminal):
     def test_a_channel_that_was_named_is_opened(self):
         self.open('spy', '--channel', 'walk/m5/ACTUATOR')
         self.await_screen(r'^walk/m5/ACTUATOR  morphbus\.actuator_t')
-        self.await_screen(r'header\.tick +\d+ [▁▂▃▄▅▆▇█]{3,}')
+        # Names of the model, modes and hashes in words.
+        self.await_screen(r'^module_id +m5.*^joints\[joint_1\]\.mode +(HOLD|POSITION|VELOCITY)\b')
+        self.keys('End')
+        self.await_screen(r'^ +\.tick +\d+ [▁▂▃▄▅▆▇█]{3,}')
+        told = as_json('spy', '--run', 'walk', '--once', '--channel', 'walk/m5/ACTUATOR')
+        header = next(c for c in told['channels'] if 'last' in c)['last']['header']
+        self.assertRegex(header['program_hash'], r'^[0-9a-f]{16}$')
+        self.await_screen(rf'^ +\.program_hash +{header["program_hash"]}$')
+        # They are those that `info` prints, of the log that is being written.
+        log = self.folder / 'walk.log.partial'
+        self.assertIn(f'program {header["program_hash"]},', morphbus('info', log).stdout)
         self.keys('q', 'q')
         self.await_screen(r'status 0')
 

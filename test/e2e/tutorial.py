@@ -70,7 +70,13 @@ class Tutorial(Page):
         programs = {path.name for path in (SOURCE / 'models' / 'programs').glob('*.dyn')}
         # One stands in the lesson itself.
         self.assertIn('models/programs/carry.dyn', LESSON)
-        self.assertEqual(set(parts) | {'carry.dyn'}, programs)
+        # Those that all robots run have theirs where they are explained.
+        algorithms = (SOURCE / 'docs' / 'algorithms.md').read_text(encoding='utf-8')
+        explained = set(re.findall(r'^morphbus run \S+ models/programs/(\w+\.dyn) ', algorithms, re.M))
+        # Those of modules that others have built stand together.
+        others = SHIPPED.partition('\n### Modules that others have built\n')[2]
+        together = set(re.findall(r'^morphbus run \S+ models/programs/(\w+\.dyn) .*--log \S+$', others, re.M))
+        self.assertEqual(set(parts) | explained | together | {'carry.dyn'}, programs)
         for program, part in parts.items():
             self.assertRegex(part, rf'(?m)^morphbus run \S+ models/programs/{program} .*--log (\S+)$', program)
             shown = pictures_of(part)

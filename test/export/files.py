@@ -159,7 +159,11 @@ class Files(Case):
             path.parent.mkdir()
             export(to, path, '--robot', 'quadruped')
             meshes = sorted(p.name for p in (path.parent / 'walker_meshes').iterdir())
-            self.assertEqual(meshes, [f'MTRAN.{link}.stl' for link in ('active_block', 'connecting_bar', 'passive_block')])
+            # A mesh for each hull, and one for each part of what is seen: a block with three faces, and the bar.
+            self.assertEqual(meshes, sorted(
+                [f'MTRAN.{link}.stl' for link in ('active_block', 'connecting_bar', 'passive_block')] +
+                [f'MTRAN.{block}.look{n}.stl' for block in ('active_block', 'passive_block') for n in (1, 2, 3, 4)] +
+                ['MTRAN.connecting_bar.look1.stl']))
             text = path.read_text()
             for mesh in meshes:
                 self.assertIn(f'walker_meshes/{mesh}', text)
@@ -177,8 +181,9 @@ class Files(Case):
             path = self.folder / f'walker.{to}'
             export(to, path, '--robot', 'quadruped', '--mesh-prefix', 'package://zoo/')
             text = path.read_text()
-            self.assertEqual(text.count(element), 54)
-            self.assertEqual(text.count(f'{element}package://zoo/walker_meshes/MTRAN.'), 54)
+            # Of nine modules three hulls each, and nine parts of what is seen.
+            self.assertEqual(text.count(element), 9 * (3 + 9))
+            self.assertEqual(text.count(f'{element}package://zoo/walker_meshes/MTRAN.'), 9 * (3 + 9))
         said = export('mjcf', path, '--robot', 'quadruped', '--mesh-prefix', 'x/', status=2).stderr
         self.assertIn('leave out --mesh-prefix', said)
 

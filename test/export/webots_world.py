@@ -125,6 +125,11 @@ def shipped_worlds():
 def world_text(folder, robot, model):
     """Its text; there is no warning, so all docked faces look at each other."""
     said = export('webots', folder / f'{robot}.wbt', '--robot', robot, model=model).stderr
+    if robot == 'crane':
+        # Of its two kinds of modules Webots lets faces dock that the model keeps apart, and it is said of which.
+        said, count = re.subn(r'(?m)^morphbus: warning: Webots will let ATRON\.\w+ dock to .*\n', '', said)
+        if count == 0:
+            raise AssertionError(f'{model} {robot}: no warning')
     if said:
         raise AssertionError(f'{model} {robot}: {said}')
     return (folder / f'{robot}.wbt').read_text()
@@ -171,7 +176,7 @@ class World(Case):
         self.need_parsers()
         text = self.world('quadruped')
         for old, new in (('HingeJoint {', 'HingJoint {'), ('anchor', 'ancor'), ('physics Physics {', 'physics {'),
-                         ('isLocked TRUE', 'isLocked YES'), ('mass 0.18', 'mass "0.18"'), ('USE HULL', 'USE HUL'),
+                         ('isLocked TRUE', 'isLocked YES'), ('mass 0.18', 'mass "0.18"'), ('USE FLOOR', 'USE FLOR'),
                          ('coordinateSystem "NUE"', 'coordinateSystem NUE'), ('children [', 'children {')):
             self.assertIn(old, text)
             damaged = text.replace(old, new, 1)

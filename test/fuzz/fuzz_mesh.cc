@@ -9,7 +9,10 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
-  if (const auto mesh = morphbus::m3l::ParseMesh("fuzz.stl", bytes)) {
+  // The bytes as each of the formats that a mesh may have.
+  for (const char* name : {"fuzz.stl", "fuzz.obj", "fuzz.gltf", "fuzz.glb"}) {
+    const auto mesh = morphbus::m3l::ParseAnyMesh(name, bytes);
+    if (!mesh) continue;
     for (const std::array<int, 3>& triangle : mesh->triangles) {
       for (const int corner : triangle) {
         if (corner < 0 || corner >= static_cast<int>(mesh->points.size())) std::abort();

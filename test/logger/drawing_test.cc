@@ -85,6 +85,41 @@ TEST(VisibleFacesTest, ACubeShowsOneFaceSidewaysAndThreeFromACorner) {
   EXPECT_EQ(VisibleFaces(scene, Projection(View::kThreeQuarter)).size(), 3u);
 }
 
+TEST(VisibleFacesTest, EdgesAreDrawnWhereABodyBendsSharplyOrEnds) {
+  // A prism of 24 sides about up: seen from the side, of its sides only the ends are drawn, and the
+  // two outermost lines between sides.
+  SceneHull prism;
+  for (int i = 0; i < 24; ++i) {
+    const double angle = 2 * EIGEN_PI * i / 24;
+    for (const double y : {0.0, 1.0}) {
+      prism.points_L.emplace_back(std::cos(angle), y, std::sin(angle));
+    }
+  }
+  const std::vector<VisibleFace> faces =
+      VisibleFaces({{prism}, {}, false}, Projection(View::kSide));
+  ASSERT_EQ(faces.size(), 12u);
+  int upright = 0, level = 0;
+  for (const VisibleFace& face : faces) {
+    ASSERT_EQ(face.edges.size(), face.outline.size());
+    for (size_t i = 0; i < face.outline.size(); ++i) {
+      if (!face.edges[i]) continue;
+      const Eigen::Vector2d side = face.outline[(i + 1) % 4] - face.outline[i];
+      ++(std::abs(side.y()) > std::abs(side.x()) ? upright : level);
+    }
+  }
+  EXPECT_EQ(level, 24);
+  EXPECT_EQ(upright, 2);
+  // A mesh of two triangles in a plane has no edge between them.
+  SceneHull square;
+  square.points_L = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  square.triangles = {{0, 1, 2}, {0, 2, 3}};
+  int drawn = 0;
+  for (const VisibleFace& face : VisibleFaces({{square}, {}, false}, Projection(View::kSide))) {
+    drawn += static_cast<int>(std::count(face.edges.begin(), face.edges.end(), true));
+  }
+  EXPECT_EQ(drawn, 4);
+}
+
 TEST(VisibleFacesTest, TheNearerHullIsPaintedLast) {
   const Color red = {0.9, 0, 0};
   const Color blue = {0, 0, 0.9};
@@ -278,7 +313,13 @@ TEST_F(DrawingTest, AllModulesOfARobotAreDrawnWithTheirNames) {
   const model::Robot& robot = model->robots[0];
   const Scene scene =
       SceneOf(*model, robot, sim::PlaceOnGround(*model, robot), std::vector<Color>(9));
-  EXPECT_EQ(scene.hulls.size(), 27u);
+  // Each link as it looks: in several parts.
+  size_t parts = 0;
+  for (int m = 0; m < 9; ++m) {
+    for (const model::Link& link : model->TypeOf(robot, m).links) parts += link.visual.size();
+  }
+  EXPECT_GT(parts, 27u);
+  EXPECT_EQ(scene.hulls.size(), parts);
   ASSERT_EQ(scene.names.size(), 9u);
   EXPECT_EQ(scene.names[4].text, "m5");
   EXPECT_LT((scene.names[4].p_W - Vector3d(-0.0325, 0.033, 0)).norm(), 0.01);

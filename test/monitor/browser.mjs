@@ -71,6 +71,23 @@ export async function drawn(page) {
   );
 }
 
+/** The instant that is shown, seconds of sim time. */
+export const time = (page) => page.evaluate(() => window.monitor.time);
+export const text = (page, selector) => page.locator(selector).innerText();
+
+/** Opens a live run of the mock that has run for so many ticks, seen by a camera that stands still. */
+export async function openLive(browser, ticks, size, theme) {
+  const page = await openMock(browser, 'live', size, theme);
+  await page.evaluate((n) => window.server.advance('walk', n), ticks);
+  await page.waitForFunction((n) => Math.round(window.monitor.time * 50) === n - 1, ticks);
+  await page.evaluate(() => {
+    for (const flag of ['follow', 'trails'])
+      if (window.monitor.scene.view.options[flag]) window.monitor.scene.toggle(flag);
+  });
+  await drawn(page);
+  return page;
+}
+
 /** Keeps a picture of the page as output of the test; with `fullPage` in a window that is as high as the page. */
 export async function keepShot(page, name, { fullPage = false } = {}) {
   mkdirSync(SHOTS, { recursive: true });

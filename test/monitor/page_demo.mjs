@@ -143,6 +143,28 @@ test('the run goes on, pauses and steps by the page', async () => {
   await step(5);
 });
 
+test('pushes and the forces of the ground are told', async () => {
+  await page.locator('#tab-control').click();
+  await page.evaluate(() => window.monitor.control.give('push m5 EAST 2 0.4'));
+  await page.waitForSelector('.answers li:has-text("push m5")');
+  await step(5);
+  const told = await page.evaluate(() => {
+    const { time, session } = window.monitor;
+    const of = (table) => session.runs.map((run) => run.forcesAt(table, time));
+    return { pushes: of('pushes'), contacts: of('contacts') };
+  });
+  assert.deepEqual(told.pushes[0], []);
+  assert.deepEqual(
+    told.pushes[1].map(({ link, force }) => [link.split('/')[0], force]),
+    [['m5', [0, 0, 2]]],
+  );
+  // The ground bears both robots, which weigh the same.
+  for (const contacts of told.contacts) {
+    const up = contacts.reduce((sum, { force }) => sum + force[1], 0);
+    assert.ok(up > 1, `${up} N`);
+  }
+});
+
 test('scrubbing back shows both robots as they were', async () => {
   const then = await tick();
   const before = await pixelsOf(page, '.stage');
@@ -171,6 +193,41 @@ test('the congruent robots do not differ, as the comparison says', async () => {
   assert.equal(most.length, 4);
   for (const metres of most) assert.ok(metres < 1e-6, `${metres} m`);
   await keepShot(page, 'demo-compare');
+});
+
+test('plots show both robots under one sign, whose joints are mounted in opposite ways', async () => {
+  // What the page shows of each pair of joints is compared over all ticks that both runs have.
+  const joints = await page.evaluate(() => {
+    const { session } = window.monitor;
+    const [a, b] = session.runs.map((run) => run.tables.get('joints').table);
+    const end = Math.min(a.endTime, b.endTime);
+    return session.pairs
+      .filter((pair) => pair.kind === 'joint')
+      .map(({ name, moduleA, partA, moduleB, partB, signsA, signsB }) => {
+        let [raw, shown, common] = [0, 0, 0];
+        for (let row = 0; row < a.length && a.time(row) <= end; row++) {
+          const other = b.rowAt(a.time(row) + 1e-9);
+          if (other < 0 || Math.abs(b.time(other) - a.time(row)) > 1e-6) continue;
+          common++;
+          const [p, q] = [a.value(a.find(`${moduleA}.${partA} position`), row), b.value(b.find(`${moduleB}.${partB} position`), other)];
+          raw = Math.max(raw, Math.abs(p - q));
+          shown = Math.max(shown, Math.abs(p * signsA.at(-1).sign - q * signsB.at(-1).sign));
+        }
+        return { name, raw, shown, common };
+      });
+  });
+  assert.equal(joints.length, 18);
+  for (const { name, shown, common } of joints)
+    assert.ok(shown < 1e-4 && common > 100, `${name}: ${shown} rad in ${common} ticks`);
+  // In the actuators' own signs some of them differ.
+  assert.ok(joints.some(({ raw }) => raw > 0.2));
+  const values = await page.locator('.plot').first().locator('.value').allInnerTexts();
+  assert.equal(values.length, 4);
+  assert.equal(values[0], values[1]);
+  assert.equal(values[2], values[3]);
+  const names = await page.locator('.plot').first().locator('.name').allInnerTexts();
+  assert.match(names[0], /^A \w+\.\w+ \(m\d\.joint_\d\) position$/);
+  assert.equal(names[0].split(' ')[1], names[1].split(' ')[1]);
 });
 
 test('a changed program is deployed from the page and seen in the roles', async () => {

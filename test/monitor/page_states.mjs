@@ -7,12 +7,15 @@ import {
   inside,
   keepShot,
   launch,
+  openLive,
   openMock,
   pixelsOf,
   plotPoints,
   robotBoxes,
   SIZES,
+  text,
   THEMES,
+  time,
 } from './browser.mjs';
 
 let browser;
@@ -21,26 +24,12 @@ after(async () => browser.close());
 // A page that is left behind would go on drawing.
 afterEach(async () => Promise.all(browser.contexts().map((context) => context.close())));
 
+const live = (ticks, size, theme) => openLive(browser, ticks, size, theme);
 /** What stands in the table of roles, by module. */
 const roles = (page) =>
   page.$$eval('.roles tbody tr', (rows) =>
     rows.map((row) => [row.dataset.module, row.dataset.role, row.querySelector('.sign')?.textContent]),
   );
-const time = (page) => page.evaluate(() => window.monitor.time);
-const text = (page, selector) => page.locator(selector).innerText();
-
-/** Opens a live run that has run for so many ticks, seen by a camera that stands still. */
-async function live(ticks, size, theme) {
-  const page = await openMock(browser, 'live', size, theme);
-  await page.evaluate((n) => window.server.advance('walk', n), ticks);
-  await page.waitForFunction((n) => Math.round(window.monitor.time * 50) === n - 1, ticks);
-  await page.evaluate(() => {
-    for (const flag of ['follow', 'trails'])
-      if (window.monitor.scene.view.options[flag]) window.monitor.scene.toggle(flag);
-  });
-  await drawn(page);
-  return page;
-}
 
 test('without a run the page says how to start one', async () => {
   const page = await openMock(browser, 'none');
@@ -203,7 +192,12 @@ test('faults come with their line, which opens the program there', async () => {
       function: 'Leg2.gait',
     }),
   );
-  await page.waitForSelector('.toast:has-text("divides")');
+  // What happened is told in the bar, in place of what was told before, and covers nothing.
+  await page.waitForSelector('.bar .notice:has-text("divides")');
+  await page.evaluate(() => window.monitor.tell('something else'));
+  await page.waitForSelector('.bar .notice:has-text("something else")');
+  assert.equal(await page.locator('.notice').count(), 1);
+  assert.equal(await page.locator('.notice:has-text("divides")').count(), 0);
   await page.locator('#tab-faults').click();
   await page.waitForSelector('.fault pre:has-text("x = 3 / y;")');
   await page.locator('.fault .place').click();
@@ -211,45 +205,110 @@ test('faults come with their line, which opens the program there', async () => {
   await page.keyboard.press('Escape');
   await page.locator('.fault .time').click();
   await page.waitForFunction(() => window.monitor.clock.mode === 'hold');
+  // Counts are those up to the instant that is shown.
+  const badge = () => page.locator('#tab-faults .badge');
+  assert.equal(await badge().innerText(), '1');
+  await page.evaluate(() => window.monitor.seek(0.5));
+  await badge().waitFor({ state: 'hidden' });
+  await page.waitForSelector('.fault.later');
 });
 
-test('any field can be plotted', async () => {
+test('channels are counted up to the cursor, in sim time, and what is said once has no rate', async () => {
   const page = await live(150);
-  await page.locator('h1').click();
-  await page.keyboard.press('p');
-  await page.locator('.picker input[type=search]').fill('m3 velocity');
-  await page.locator('.field').first().click();
-  await page.keyboard.press('Enter');
-  await page.waitForFunction(
-    () => window.monitor.plots.views.length === 3 && window.monitor.plots.views[2].plot.drawnPoints === 150,
-  );
-  assert.match(await page.locator('.legend').last().innerText(), /m3\.joint_1 velocity\s*11\.46 °\/s/);
+  await page.locator('#tab-channels').click();
+  const row = (name) => page.locator(`.channels tbody tr:has-text("${name}")`).locator('.number').allInnerTexts();
+  await page.waitForSelector('.channels tbody tr');
+  assert.deepEqual((await row('m1/TRANSFORM')).slice(0, 3), ['100', '50.0', '20.0']);
+  assert.deepEqual((await row('INFO')).slice(0, 3), ['1', '–', '–']);
+  await page.evaluate(() => window.monitor.seek(1.5));
+  await page.waitForSelector('.channels td.number:text-is("50")');
+  assert.deepEqual((await row('m1/TRANSFORM')).slice(0, 2), ['50', '50.0']);
+  await keepShot(page, 'channels');
 });
 
-test('two logs are shown beside each other with the difference of their labelled links', async () => {
+test('who comes late to a run sees what was before', async () => {
+  const page = await openMock(browser, 'late');
+  await page.evaluate(() => {
+    const run = window.server.run('walk');
+    run.tick = 200;
+    window.server.advance('walk', 50);
+  });
+  await page.waitForFunction(() => {
+    const [run] = window.monitor.session.runs;
+    return run.poses.length === 251 && run.poses.beginTime === 0 && Math.round(window.monitor.time * 50) === 250;
+  });
+  // One run, whose past can be looked at as what came since.
+  assert.equal(await page.evaluate(() => window.monitor.session.runs.length), 1);
+  await page.evaluate(() => window.monitor.seek(2));
+  await page.waitForSelector('tr[data-module=m2][data-role=Leg2]');
+  await drawn(page);
+  const place = await page.evaluate(() => window.monitor.scene.view.robots[0].links[0].object.position.x);
+  assert.ok(Math.abs(place - 0.1) < 1e-6, `${place}`);
+  await keepShot(page, 'late');
+  assert.deepEqual(page.problems, []);
+});
+
+test('a log opens where there is something to see, and the address brings back what was shown', async () => {
   const page = await openMock(browser, 'two');
-  await page.waitForFunction(() => window.monitor.session.difference?.table.length === 1001);
-  await page.evaluate(() => window.monitor.seek(6));
+  // The modules of the mock have their roles at 20 ms.
+  await page.waitForFunction(() => Math.abs(window.monitor.time - 2.02) < 0.03);
+  await page.evaluate(() => {
+    window.monitor.seek(7.5);
+    window.monitor.scene.toggle('names');
+    window.monitor.scene.toggle('trails');
+    window.monitor.plots.add(['first|joints|m2.joint_1 velocity']);
+    window.monitor.select({ run: window.monitor.session.runs[1], module: 'm3' });
+  });
   await page.locator('#tab-compare').click();
-  await page.waitForSelector('.compare tbody tr:nth-child(4)');
-  const cells = await page.$$eval('.compare tbody tr', (rows) =>
-    rows.map((row) => [row.cells[0].textContent, row.cells[1].textContent]),
-  );
-  assert.deepEqual(
-    cells,
-    ['Head', 'Leg2', 'Leg3', 'Leg4'].map((role) => [`${role}.foot`, '4.000']),
-  );
-  const boxes = await robotBoxes(page, 0);
-  assert.ok(boxes[0].right < boxes[1].left || boxes[0].bottom < boxes[1].top, 'the robots lie beside each other');
-  await drawn(page);
-  await keepShot(page, 'two-logs');
-  // Over each other, the second one lets the first one be seen.
-  const translucent = () =>
-    page.evaluate(() => window.monitor.scene.view.robots.map((robot) => robot.links[0].mesh.material.transparent));
-  assert.deepEqual(await translucent(), [false, false]);
-  await page.getByRole('button', { name: 'Beside' }).click();
-  await drawn(page);
-  assert.deepEqual(await translucent(), [false, true]);
+  // A layout is kept under a name.
+  await page.keyboard.press('l');
+  await page.getByRole('textbox', { name: 'Name of the layout' }).fill('gait');
+  await page.keyboard.press('Enter');
+  await page.waitForSelector('.layouts .name:has-text("gait")');
+  await keepShot(page, 'layouts');
+  await page.keyboard.press('Escape');
+  await page.waitForFunction(() => /t=7\.50/.test(location.hash) && /module=B\.m3/.test(location.hash) && /tab=compare/.test(location.hash));
+  const state = () =>
+    page.evaluate(() => {
+      const { monitor } = window;
+      const { names, trails } = monitor.scene.view.options;
+      const plots = monitor.plots.views.map((view) => view.fields.length);
+      return { time: monitor.time, module: monitor.selected?.module, run: monitor.selected?.run.name, names, trails, plots, tab: document.querySelector('[aria-selected=true]').id };
+    });
+  const before = await state();
+  const url = page.url();
+  // Another browser has only the address.
+  await page.evaluate(() => localStorage.clear());
+  await page.goto('about:blank');
+  await page.goto(url);
+  await page.waitForFunction(() => window.monitor?.session.difference?.table.length === 1001 && Math.abs(window.monitor.time - 7.5) < 1e-6);
+  assert.deepEqual(await state(), before);
+  assert.deepEqual(page.problems, []);
+});
+
+test('a layout that was saved comes back', async () => {
+  const page = await live(60);
+  const flags = () => page.evaluate(() => [window.monitor.scene.view.options.names, window.monitor.plots.views.length]);
+  await page.keyboard.press('n');
+  await page.evaluate(() => window.monitor.plots.add(['walk|joints|m2.joint_1 velocity']));
+  await page.locator('[data-action=layouts]').click();
+  await page.getByRole('textbox', { name: 'Name of the layout' }).fill('mine');
+  await page.keyboard.press('Enter');
+  await page.waitForSelector('.layouts .name:has-text("mine")');
+  await page.keyboard.press('Escape');
+  await page.keyboard.press('n');
+  await page.locator('.plot').last().locator('[data-action=plot-close]').click();
+  assert.deepEqual(await flags(), [false, 2]);
+  await page.locator('[data-action=layouts]').click();
+  await page.locator('.layouts .name:has-text("mine")').click();
+  assert.deepEqual(await flags(), [true, 3]);
+});
+
+test('a log that was cut says where', async () => {
+  const page = await openMock(browser, 'cut');
+  await page.waitForSelector('.source .facts:has-text("log, cut at 15.18 s")');
+  assert.match(await page.locator('.source').getAttribute('title'), /torn\.log: an event has no end/);
+  await keepShot(page, 'cut');
 });
 
 test('keys are listed in the help, which the keyboard opens and closes', async () => {
@@ -291,6 +350,19 @@ for (const size of SIZES) {
       const width = await page.evaluate(() => document.documentElement.scrollWidth);
       assert.ok(width <= size.width, `the page is ${width} pixels wide`);
       assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), theme);
+      // Nothing is cut off at the side, in no list, and with a module selected.
+      await page.evaluate(() => window.monitor.select({ run: window.monitor.session.runs[0], module: 'm2' }));
+      for (const tab of ['roles', 'faults', 'channels', 'control']) {
+        await page.evaluate((id) => document.getElementById(`tab-${id}`).click(), tab);
+        const cut = await page.$$eval('.bar *, main *, .timeline *', (all) =>
+          all
+            .filter((e) => e.clientWidth > 0 && e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).overflowX !== 'visible')
+            .filter((e) => getComputedStyle(e).textOverflow !== 'ellipsis' && !['PRE', 'TEXTAREA', 'INPUT'].includes(e.tagName))
+            .map((e) => `${e.className}: ${e.scrollWidth} of ${e.clientWidth}`),
+        );
+        assert.deepEqual(cut, [], `${tab} at ${size.width}`);
+      }
+      await keepShot(page, `selected-${size.width}-${theme}`, { fullPage: size.width < 820 });
       const nameless = await page.$$eval('button, input, select, textarea, canvas[role=img]', (all) =>
         all
           .filter(

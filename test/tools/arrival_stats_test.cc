@@ -90,6 +90,41 @@ TEST(ArrivalStatsTest, AClockThatIsSetBackCostsOneInterval) {
   EXPECT_EQ(figures.silent_s, 0.0);
 }
 
+TEST(ArrivalStatsTest, TheHistoryIsTheRateSecondBySecond) {
+  ArrivalStats stats;
+  // Two seconds at 10 Hz, two at 100 Hz, then silence: a rate is that of the last two seconds.
+  for (int i = 0; i <= 20; ++i) stats.Take(i * 100 * kMillisecond, 1);
+  for (int i = 1; i <= 200; ++i) stats.Take(2 * kWholeSecond + i * 10 * kMillisecond, 1);
+  const std::vector<double> history = stats.At(9 * kWholeSecond + 500 * kMillisecond).hz_history;
+  ASSERT_EQ(history.size(), 9u);
+  EXPECT_NEAR(history[0], 10.0, 0.01);
+  EXPECT_NEAR(history[1], 10.0, 0.01);
+  EXPECT_NEAR(history[3], 100.0, 5.0);
+  // It is 0 as soon as HZ is.
+  EXPECT_NEAR(history[4], 100.0, 5.0);
+  EXPECT_EQ(history[5], 0.0);
+  EXPECT_EQ(history[8], 0.0);
+  // What comes then is no part of what was before.
+  stats.Take(10 * kWholeSecond, 1);
+  EXPECT_EQ(stats.At(10 * kWholeSecond).hz_history.size(), 10u);
+}
+
+TEST(ArrivalStatsTest, TheHistoryIsThatOfTheLastMinute) {
+  ArrivalStats stats;
+  for (int i = 0; i < 500; ++i) stats.Take(i * kWholeSecond, 1);
+  EXPECT_EQ(stats.At(500 * kWholeSecond).hz_history.size(),
+            static_cast<size_t>(ArrivalStats::kMostRates));
+  EXPECT_NEAR(stats.At(500 * kWholeSecond).hz_history.front(), 1.0, 1e-6);
+  // After a year of silence there is a minute of it, at no cost.
+  const std::vector<double> silence = stats.At(31'000'000 * kWholeSecond).hz_history;
+  EXPECT_EQ(silence, std::vector<double>(ArrivalStats::kMostRates, 0.0));
+  // A clock that is set back begins a new minute, and does not wait for the old one.
+  stats.Take(10 * kWholeSecond, 1);
+  stats.Take(11 * kWholeSecond + 1, 1);
+  EXPECT_EQ(stats.At(12 * kWholeSecond + 1).hz_history.size(),
+            static_cast<size_t>(ArrivalStats::kMostRates));
+}
+
 TEST(ArrivalStatsTest, WithoutIntervalsThereAreNoFigures) {
   ArrivalStats stats;
   EXPECT_EQ(stats.At(kWholeSecond).hz, 0.0);

@@ -70,11 +70,11 @@ TEST(SpyBoundsTest, LastMessagesAreKeptWithinBoundsAndThatOfTheWatchedChannelAlw
 TEST(FieldHistoryTest, FieldsHaveTheirPathsAndHistories) {
   FieldHistory history;
   for (int i = 0; i < 5; ++i) {
-    history.Take({{"n", i},
-                  {"pose", {{"p", {0.5 * i, 1.0}}}},
-                  {"name", "a"},
-                  {"on", true},
-                  {"none", Json::array()}});
+    history.Take(FieldsOf({{"n", i},
+                           {"pose", {{"p", {0.5 * i, 1.0}}}},
+                           {"name", "a"},
+                           {"on", true},
+                           {"none", Json::array()}}));
   }
   const std::vector<FieldRow>& fields = history.fields();
   ASSERT_EQ(fields.size(), 6u);
@@ -89,9 +89,9 @@ TEST(FieldHistoryTest, FieldsHaveTheirPathsAndHistories) {
 
 TEST(FieldHistoryTest, AFieldThatIsGoneForgetsItsHistory) {
   FieldHistory history;
-  history.Take({{"a", 1}});
-  history.Take({{"b", 1}});
-  history.Take({{"a", 2}});
+  history.Take(FieldsOf({{"a", 1}}));
+  history.Take(FieldsOf({{"b", 1}}));
+  history.Take(FieldsOf({{"a", 2}}));
   EXPECT_EQ(history.fields()[0].history.size(), 1u);
 }
 
@@ -99,15 +99,15 @@ TEST(FieldHistoryTest, AMessageOfVeryManyFieldsIsCut) {
   FieldHistory history;
   Json many = Json::array();
   for (int i = 0; i < 50'000; ++i) many.push_back(i);
-  for (int i = 0; i < 300; i += 299) history.Take({{"many", many}});
-  EXPECT_EQ(history.fields().size(), FieldHistory::kMostFields);
-  EXPECT_EQ(history.more(), 50'000 - static_cast<int64_t>(FieldHistory::kMostFields));
+  for (int i = 0; i < 300; i += 299) history.Take(FieldsOf({{"many", many}}));
+  EXPECT_EQ(history.fields().size(), MessageFields::kMost);
+  EXPECT_EQ(history.more(), 50'000 - static_cast<int64_t>(MessageFields::kMost));
   EXPECT_TRUE(history.fields()[FieldHistory::kMostHistories].history.empty());
 }
 
 TEST(FieldHistoryTest, TheHeaderOfOurMessagesComesLast) {
   FieldHistory history;
-  history.Take({{"header", {{"crc32", 1}, {"tick", 2}}}, {"value", 3}});
+  history.Take(FieldsOf({{"header", {{"crc32", 1}, {"tick", 2}}}, {"value", 3}}));
   EXPECT_EQ(history.fields()[0].path, "value");
   EXPECT_EQ(history.fields()[2].path, "header.tick");
 }

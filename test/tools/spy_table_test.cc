@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/health_t.hpp>
+#include <morphbus/hello_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <morphbus/status_t.hpp>
 #include <morphbus/transform_t.hpp>
@@ -339,6 +340,37 @@ TEST_F(SpyTableTest, ThePlainTableHasChannelsModulesAndFields) {
   for (const char* part : {"CHANNEL", "status_t", "Junction", "r/m5/STATUS:", "\"MTRAN\""}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
   }
+}
+
+TEST_F(SpyTableTest, ThePlainTableHasTheBytesOfWhatNobodyKnows) {
+  const uint8_t foreign[] = {0, 1, 2, 3, 4, 5, 6, 7, 'm', 'o', 'r', 'e'};
+  table_.Take("OTHER", foreign, sizeof foreign, At(0));
+  const std::string text = SpyText(table_, table_.Snapshot(At(0)), Only("OTHER"), "OTHER");
+  EXPECT_NE(text.find("OTHER:\nunknown type, fingerprint 0001020304050607: name its .lcm files by "
+                      "--types\n0000  00 01 02 03 04 05 06 07  6d 6f 72 65 "),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find(" ........more\n"), std::string::npos) << text;
+  // What is damaged, or shorter than a fingerprint, no --types helps to read.
+  table_.Take("OTHER", foreign, 3, At(0));
+  EXPECT_EQ(table_.LastOf("OTHER").error().message, "shorter than a fingerprint");
+}
+
+TEST_F(SpyTableTest, HashesAreInHexadecimalDigits) {
+  morphbus::hello_t hello = {};
+  hello.process = "m1";
+  hello.header.model_hash = 0x0123456789abcdef;
+  hello.kinematics_hash = -2;
+  hello.claim = -2;
+  Take("r/HELLO", 0, 0.0, hello);
+  const Json last = Row("r/HELLO", "r/HELLO")["last"];
+  EXPECT_EQ(last["header"]["model_hash"], "0123456789abcdef");
+  EXPECT_EQ(last["header"]["auth"], "0000000000000000");
+  EXPECT_EQ(last["header"]["crc32"].get<std::string>().size(), 8u) << last;
+  EXPECT_EQ(last["kinematics_hash"], "fffffffffffffffe");
+  EXPECT_EQ(last["claim"], -2) << "a random number is one";
+  const std::string text = SpyText(table_, table_.Snapshot(At(0)), Only("r/HELLO"), "");
+  EXPECT_NE(text.find("kinematics_hash     fffffffffffffffe\n"), std::string::npos) << text;
 }
 
 TEST_F(SpyTableTest, APatternThatNothingMatchesIsSaid) {

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/spy/spy_help.h"
+
 namespace morphbus::tools {
 namespace {
 
@@ -35,7 +37,7 @@ SpySnapshot Bus(int channels) {
     row.type = "morphbus.status_t";
     row.ours = true;
     row.messages = 100 + i;
-    row.arrivals = {10.0 + i, 1000.0 - i, 50, 0.02, 12e-6, 80e-6, 0.01};
+    row.arrivals = {10.0 + i, 1000.0 - i, 50, 0.02, 12e-6, 80e-6, 0.01, {10, 0, 5, 10}};
     spy.channels.push_back(row);
   }
   for (const char* name : {"m1", "m2", "m10", "SIM"}) {
@@ -96,8 +98,8 @@ class SpyViewTest : public ::testing::Test {
 
 TEST_F(SpyViewTest, EveryScreenHasExactlyItsSize) {
   FieldHistory history;
-  history.Take({{"a.very.long.name.of.a.field.that.fits.nowhere", 1.5}, {"b", "text"}});
-  history.Take({{"a.very.long.name.of.a.field.that.fits.nowhere", 2.5}, {"b", "text"}});
+  history.Take(FieldsOf({{"a.very.long.name.of.a.field.that.fits.nowhere", 1.5}, {"b", "text"}}));
+  history.Take(FieldsOf({{"a.very.long.name.of.a.field.that.fits.nowhere", 2.5}, {"b", "text"}}));
   fields_.history = &history;
   for (const SpyUi::Page page :
        {SpyUi::Page::kLists, SpyUi::Page::kChannel, SpyUi::Page::kProcess, SpyUi::Page::kHelp}) {
@@ -122,9 +124,9 @@ TEST_F(SpyViewTest, EveryScreenHasExactlyItsSize) {
 TEST_F(SpyViewTest, AnOrdinaryTerminalShowsChannelsModulesAndTheRun) {
   EXPECT_TRUE(Has("walk  running  sim 12.34 s  ×1.00  tick 617")) << Text();
   EXPECT_TRUE(Has("40 channels  1180 msg/s"));
-  for (const char* part : {"CHANNEL 1-", "TYPE", "HZ", "P50", "P99", "B/S", "COUNT", "LOST",
-                           "UNDEC", "walk/m00/STATUS", "status_t", "12µs", "80µs", "MODULE", "Leg",
-                           "simulator", "1.5%", "7.2M"}) {
+  for (const char* part :
+       {"CHANNEL 1-", "TYPE", "HZ", "P50", "P99", "B/S", "COUNT", "LOST", "UNDEC", "m00/STATUS",
+        "status_t", "12µs", "80µs", "MODULE", "Leg", "simulator", "1.5%", "7.2M"}) {
     EXPECT_TRUE(Has(part)) << part << "\n" << Text();
   }
 }
@@ -132,10 +134,13 @@ TEST_F(SpyViewTest, AnOrdinaryTerminalShowsChannelsModulesAndTheRun) {
 TEST_F(SpyViewTest, NarrowTerminalsLoseColumnsNotNames) {
   EXPECT_TRUE(Has("P99", 80));
   EXPECT_FALSE(Has("P99", 60));
-  EXPECT_TRUE(Has("TYPE", 66));
+  EXPECT_TRUE(Has("TREND", 60));
+  EXPECT_TRUE(Has("TYPE", 72));
+  EXPECT_FALSE(Has("SHARE", 80));
+  EXPECT_TRUE(Has("SHARE", 90));
   EXPECT_FALSE(Has("TYPE", 40));
   EXPECT_TRUE(Has("HZ", 40));
-  EXPECT_TRUE(Has("walk/m00/STATUS", 40)) << Text(40);
+  EXPECT_TRUE(Has("m00/STATUS", 40)) << Text(40);
 }
 
 TEST_F(SpyViewTest, TheSelectionStaysInSight) {
@@ -150,7 +155,7 @@ TEST_F(SpyViewTest, TheSelectionStaysInSight) {
   const std::string after = Selected();
   EXPECT_EQ(after.find("m00"), std::string::npos);
   // A window that becomes lower still shows it.
-  EXPECT_EQ(Selected(80, 6).substr(0, 16), after.substr(0, 16));
+  EXPECT_EQ(Selected(80, 6).substr(0, 11), after.substr(0, 11));
 }
 
 TEST_F(SpyViewTest, TheSelectionIsAChannelNotAPlace) {
@@ -191,7 +196,7 @@ TEST_F(SpyViewTest, TheFilterTakesWordsInAnyOrder) {
   Press(Code::kBackspace);
   Type("2");
   Press(Code::kEnter);
-  EXPECT_TRUE(Has("filter 'status M2'"));
+  EXPECT_TRUE(Has("filter 'status M2'  10 of 40 channels  345.0 msg/s")) << Text();
   EXPECT_EQ(ListedChannels(spy_, ui_).size(), 10u);
   // The first of them is the selected one now.
   EXPECT_NE(Selected().find("m20"), std::string::npos) << Text();
@@ -200,6 +205,42 @@ TEST_F(SpyViewTest, TheFilterTakesWordsInAnyOrder) {
   EXPECT_TRUE(Has("no channel passes the filter"));
   Press(Code::kEscape);
   EXPECT_EQ(ListedChannels(spy_, ui_).size(), 40u);
+}
+
+TEST_F(SpyViewTest, ARunsNameIsNotRepeatedInEveryRow) {
+  ChannelRow foreign;
+  foreign.channel = "walk_alone";
+  spy_.channels.push_back(foreign);
+  EXPECT_TRUE(Selected().starts_with(">m00/STATUS")) << Text();
+  Press(Code::kEnd);
+  EXPECT_TRUE(Selected().starts_with(">walk_alone")) << Text();
+  // A page names it in full, and so does the list where there is a second run.
+  Press('g');
+  Press(Code::kEnter);
+  EXPECT_TRUE(Has("\nwalk/m00/STATUS  morphbus.status_t")) << Text();
+  Press('q');
+  spy_.channels.back().channel = "other/HELLO";
+  spy_.channels.back().ours = true;
+  EXPECT_TRUE(Selected().starts_with(">walk/m00/STATUS")) << Text();
+  // Without a run in the first line nothing else would name it.
+  spy_.channels.pop_back();
+  spy_.runs.clear();
+  EXPECT_TRUE(Selected().starts_with(">walk/m00/STATUS")) << Text();
+}
+
+TEST_F(SpyViewTest, ListsHaveTrendsAndMeters) {
+  spy_.processes[0].cpu = 0.5;
+  spy_.processes[0].cpu_history = {0.25, 0.5, 0.125};
+  EXPECT_NE(Selected().find("█ ▄█"), std::string::npos) << Text();
+  // All channels but the first one are silent: it has all of the bytes.
+  for (size_t i = 1; i < spy_.channels.size(); ++i) spy_.channels[i].arrivals.bytes_per_s = 0;
+  EXPECT_NE(Selected(120).find(" ██████████ "), std::string::npos) << Text(120);
+  const std::vector<std::string> lines = Draw(120);
+  const auto m1 =
+      std::ranges::find_if(lines, [](const std::string& line) { return line.starts_with(" m1 "); });
+  ASSERT_NE(m1, lines.end());
+  EXPECT_NE(m1->find(" 50.0% █████ "), std::string::npos) << *m1;
+  EXPECT_NE(m1->find("▄█▂"), std::string::npos) << *m1;
 }
 
 TEST_F(SpyViewTest, ALetterInTheFilterIsNoCommand) {
@@ -238,7 +279,9 @@ TEST_F(SpyViewTest, AModulesPageTellsWhatFaultsHaveEnded) {
 
 TEST_F(SpyViewTest, AChannelsPageHasItsFieldsWithHistories) {
   FieldHistory history;
-  for (int i = 0; i < 8; ++i) history.Take({{"hip_rad", 0.1 * i}, {"mode", 3}, {"name", "left"}});
+  for (int i = 0; i < 8; ++i) {
+    history.Take(FieldsOf({{"hip_rad", 0.1 * i}, {"mode", 3}, {"name", "left"}}));
+  }
   fields_.history = &history;
   Press(Code::kEnter);
   const std::string text = Text();
@@ -252,8 +295,39 @@ TEST_F(SpyViewTest, AChannelsPageHasItsFieldsWithHistories) {
       EXPECT_EQ(line.find("▁"), std::string::npos) << line;
     }
   }
-  fields_.problem = "unknown type";
-  EXPECT_TRUE(Has("unknown type"));
+}
+
+TEST_F(SpyViewTest, WhatAFieldHasInCommonWithTheOneAboveIsBlank) {
+  FieldHistory history;
+  history.Take(FieldsOf({{"joints", {{{"mode", 1}, {"speed", 2}}, {{"mode", 3}, {"speed", 4}}}}}));
+  fields_.history = &history;
+  Press(Code::kEnter);
+  const std::vector<std::string> lines = Draw();
+  EXPECT_TRUE(lines[5].starts_with("joints[0].mode ")) << Text();
+  EXPECT_TRUE(lines[6].starts_with("         .speed")) << Text();
+  EXPECT_TRUE(lines[7].starts_with("      [1].mode ")) << Text();
+  // The first line in sight has all of its name, wherever the page is scrolled to.
+  Press(Code::kDown);
+  EXPECT_TRUE(Draw(80, 9)[5].starts_with("joints[0].speed")) << Text(80, 9);
+}
+
+TEST_F(SpyViewTest, WhatCannotBeDecodedIsShownAsBytes) {
+  FieldHistory history;
+  history.Take(FieldsOf({{"old", 1}}));
+  fields_.history = &history;
+  fields_.problem = "unknown type, fingerprint 0001020304050607: name its .lcm files by --types";
+  for (int i = 0; i < 20; ++i) fields_.bytes.push_back(static_cast<uint8_t>(i < 8 ? i : 0x30 + i));
+  fields_.size = 5000;
+  Press(Code::kEnter);
+  EXPECT_TRUE(Has("name its .lcm files by --types")) << Text();
+  EXPECT_TRUE(Has("0000  00 01 02 03 04 05 06 07  38 39 3a 3b 3c 3d 3e 3f  ........89:;<=>?"));
+  const std::string rest = "0010  40 41 42 43" + std::string(39, ' ') + "@ABC\n";
+  EXPECT_TRUE(Has(rest)) << Text();
+  EXPECT_TRUE(Has("and 4980 more bytes"));
+  EXPECT_FALSE(Has("old"));
+  // A narrow terminal has shorter lines, and the hint on several.
+  EXPECT_TRUE(Has("0008  38 39 3a 3b  3c 3d 3e 3f  89:;<=>?", 60)) << Text(60);
+  EXPECT_TRUE(Has("by --types", 60));
 }
 
 TEST_F(SpyViewTest, KeysGiveTheRunsCommands) {
@@ -283,6 +357,52 @@ TEST_F(SpyViewTest, KeysGiveTheRunsCommands) {
   // A run that was paused before the spy came.
   spy_.runs[0].silent_s = 5.0;
   EXPECT_EQ(command('p'), "resume");
+}
+
+TEST_F(SpyViewTest, TheLastLineHasTheKeysThatDoSomething) {
+  EXPECT_EQ(Draw(120).back(), "? help  q quit  Enter open  / filter  s sort  Tab modules  f freeze")
+      << "this run is not ours to command";
+  ui_.takes_commands = true;
+  EXPECT_NE(Draw(120).back().find("p pause  +- speed  f freeze"), std::string::npos);
+  spy_.runs[0].clock.Take(ClockWith({"pause"}));
+  EXPECT_NE(Draw(120).back().find("p resume  . step  +- speed"), std::string::npos);
+  morphbus::sim_clock_t end = ClockWith({});
+  end.phase = morphbus::sim_clock_t::PHASE_END;
+  spy_.runs[0].clock.Take(end);
+  EXPECT_EQ(Draw(120).back().find("step"), std::string::npos);
+  EXPECT_EQ(Draw(120).back().find("speed"), std::string::npos);
+  // The modules are not sorted, and Tab leads back from them.
+  Press(Code::kTab);
+  EXPECT_EQ(Draw(120).back(), "? help  q quit  Enter open  / filter  Tab channels  f freeze");
+  Press('f');
+  EXPECT_NE(Draw(120).back().find("f go on"), std::string::npos);
+  // Where there is but one thing there is no next one, and what fits does not scroll.
+  Press(Code::kEnter);
+  EXPECT_EQ(Draw(120).back(), "? help  Esc back  ] next  [ previous  f go on");
+  EXPECT_EQ(Draw(120, 5).back(), "? help  Esc back  ] next  [ previous  j k scroll  f go on");
+  spy_.processes.resize(1);
+  EXPECT_EQ(Draw(120).back(), "? help  Esc back  f go on");
+  spy_ = SpySnapshot();
+  ui_ = SpyUi();
+  EXPECT_EQ(Draw(120).back(), "? help  q quit");
+}
+
+TEST_F(SpyViewTest, TheHelpHasTheKeysThatDoSomethingInLinesThatFit) {
+  Press('?');
+  EXPECT_FALSE(Has("pauses the run", 80, 60)) << "this run is not ours to command";
+  ui_.takes_commands = true;
+  EXPECT_TRUE(Has("pauses the run", 80, 60));
+  EXPECT_EQ(Draw(80, 60).back(), "Esc back");
+  EXPECT_EQ(Draw(80, 20).back(), "Esc back  j k scroll");
+  // No line is too long, whatever the width.
+  for (const int width : {80, 60, 40}) {
+    for (const ScreenLine& line : HelpLines(spy_, ui_, width)) {
+      int cells = 0;
+      for (const Span& span : line) cells += Cells(span.text);
+      EXPECT_LE(cells, width) << PlainText({line});
+    }
+    EXPECT_TRUE(Has("median", width, 200)) << Text(width, 200);
+  }
 }
 
 TEST_F(SpyViewTest, WhatTheRunSaidStandsInTheLastLineUntilTheNextKey) {
@@ -360,6 +480,17 @@ TEST(SpyScreenTest, FiguresTakeFewCells) {
   EXPECT_EQ(ShortTime(0.12), "120ms");
   EXPECT_EQ(ShortCount(1'230'000), "1.23M");
   EXPECT_EQ(ShortBytes(5100), "5.1k");
+}
+
+TEST(SpyScreenTest, TrendsBeginAtZeroAndMetersFillTheirShare) {
+  EXPECT_EQ(SparklineFromZero({8, 4, 0, 8, 1}, 4), "▄ █▁");
+  EXPECT_EQ(SparklineFromZero({0, 0}, 8), "  ");
+  EXPECT_EQ(SparklineFromZero({}, 8), "");
+  EXPECT_EQ(Meter(0.5, 4), "██");
+  EXPECT_EQ(Meter(0.28125, 4), "█▏");
+  EXPECT_EQ(Meter(7.0, 3), "███");
+  EXPECT_EQ(Meter(0.0, 3), "");
+  EXPECT_EQ(ToAscii("█▏█▌"), "#-#=");
 }
 
 TEST(SpyScreenTest, SparklinesGoFromTheLeastToTheGreatest) {

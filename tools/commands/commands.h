@@ -49,6 +49,8 @@ void AddRun(CommandLine* line);
 /// `sweep` runs a robot many times, and looks at the rows of that.
 void AddSweep(CommandLine* line);
 void AddOptimise(CommandLine* line);
+/// `benchmark` holds robots and their programs against tasks.
+void AddBenchmark(CommandLine* line);
 /// `sim` is the simulator process of a run; `run` starts it, and so may a person.
 void AddSim(CommandLine* line);
 /// `module` becomes the program morphbus-module, one module of a run.

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <string>
+#include <vector>
+
 #include "compiler/base/text.h"
 #include "compiler/dynarole/compile.h"
 #include "compiler/keywords/keyword_table.h"
@@ -28,6 +31,25 @@ struct CompileOptions {
   bool force = false;
   bool json = false;
 };
+
+/// What a program has that the small profile lacks: instructions by their names in listings, and
+/// kinds of fields.
+std::vector<std::string> NotInTheSmallProfile(const vm::VerifiedProgram& program) {
+  const InstructionPlaces large =
+      FindInstructions(program, [](vm::Opcode op) { return !vm::IsInEveryProfile(op); });
+  std::vector<std::string> all(large.mnemonics.begin(), large.mnemonics.end());
+  bool kept = false, traced = false;
+  for (int r = 0; r < program.num_roles(); ++r) {
+    const vm::RoleInfo role = program.role(r);
+    for (int i = 0; i < role.num_fields; ++i) {
+      kept = kept || role.fields.kept(i);
+      traced = traced || role.fields.traced(i);
+    }
+  }
+  if (kept) all.emplace_back("kept fields");
+  if (traced) all.emplace_back("traced fields");
+  return all;
+}
 
 /// The keywords of the module types, or why they cannot be had; LoadProgram prints the reason.
 using Types = Result<std::vector<keywords::ModuleKeywords>>;
@@ -114,19 +136,17 @@ int Compile(const CompileOptions& options) {
   // What a microcontroller would have to hold, besides what the quadruped needs.
   const Result<std::unique_ptr<vm::VerifiedProgram>> verified = VerifyProgram(program->image);
   if (!verified) return Unusable(verified.error().message);
-  const InstructionPlaces large =
-      FindInstructions(**verified, [](vm::Opcode op) { return !vm::IsInEveryProfile(op); });
+  const std::vector<std::string> large = NotInTheSmallProfile(**verified);
   // On standard output the image stands alone.
   if (options.json) {
     PrintJson({{"output", options.output},
                {"bytes", image.size()},
                {"hash", Hex(program->hash)},
-               {"large_profile", large.mnemonics}});
+               {"large_profile", large}});
   } else if (options.output != "-") {
     Print("{}: {} bytes, hash {:016x}\n", options.output, image.size(), program->hash);
-    if (!large.mnemonics.empty()) {
-      Print("not for the small profile of microcontrollers: {}\n",
-            fmt::join(large.mnemonics, ", "));
+    if (!large.empty()) {
+      Print("not for the small profile of microcontrollers: {}\n", fmt::join(large, ", "));
     }
   }
   return kDone;

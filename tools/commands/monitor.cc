@@ -12,9 +12,11 @@
 #include "compiler/base/text.h"
 #include "compiler/base/version.h"
 #include "logger/log/facts_text.h"
+#include "tools/base/files.h"
 #include "tools/base/print.h"
 #include "tools/base/share_folder.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/run_pairs.h"
 #include "tools/launch/launcher_link.h"
 #include "tools/machine/run_choice.h"
 #include "tools/machine/wall_clock.h"
@@ -119,6 +121,15 @@ Result<LogSources> OpenLogs(const MonitorOptions& options) {
   return logs;
 }
 
+/// The log that a run of this machine is writing, as far as it has come; null if there is none.
+std::unique_ptr<LogSource> PastOf(const RunChoice& choice) {
+  const Result<RunEntry> entry = FindRun(choice.run);
+  if (!entry || entry->log.empty() || !choice.lcm_url.empty()) return nullptr;
+  // It gets its name when it is whole.
+  auto log = LogSource::Create(entry->log + ".partial");
+  return log ? std::move(*log) : nullptr;
+}
+
 /// All sources: the logs, then the run. Entering the run's network comes last, and before any
 /// thread is started.
 Result<Sources> OpenSources(const MonitorOptions& options, LogSources logs) {
@@ -131,11 +142,18 @@ Result<Sources> OpenSources(const MonitorOptions& options, LogSources logs) {
   // Where no log is named, or a run is, one looks at a run.
   const bool live =
       options.logs.empty() || !options.run.run.empty() || !options.run.lcm_url.empty();
+  std::unique_ptr<LogSource> past = live ? PastOf(options.run) : nullptr;
   if (live) {
     auto run = LiveSource::Create(options.run);
     if (!run) {
       return Fail(run.error().message +
                   (options.logs.empty() ? "; morphbus monitor LOG shows a log" : ""));
+    }
+    if (past != nullptr) {
+      past->SetPastOf((*run)->name());
+      past->Rename((*run)->name() + "-past");
+      unread.push_back(past.get());
+      sources.push_back(std::move(past));
     }
     sources.push_back(std::move(*run));
   }
@@ -146,11 +164,28 @@ Result<Sources> OpenSources(const MonitorOptions& options, LogSources logs) {
     for (int n = 2; !names.insert(name).second; ++n) name = fmt::format("{}-{}", source->name(), n);
     source->Rename(name);
   }
+  // A past is that of the run as it is called now.
+  for (LogSource* log : unread) {
+    if (!log->past_of().empty()) log->SetPastOf(sources.back()->name());
+  }
   // The index of a log names its topics, so that it comes after the renaming.
   for (LogSource* log : unread) {
-    if (Result<void> indexed = log->Index(); !indexed) return Fail(indexed.error().message);
+    const Result<void> indexed = log->Index();
+    if (indexed) continue;
+    if (log->past_of().empty()) return Fail(indexed.error().message);
+    // A run that has only begun has no past.
+    std::erase_if(sources, [&](const auto& source) { return source.get() == log; });
   }
   return sources;
+}
+
+/// The sources that are compared with each other: a run and its past are one and the same.
+std::vector<MonitorSource*> Compared(const Sources& sources) {
+  std::vector<MonitorSource*> compared;
+  for (const auto& source : sources) {
+    if (source->past_of().empty()) compared.push_back(source.get());
+  }
+  return compared;
 }
 
 /// What the server offers: all topics and services of all sources.
@@ -172,6 +207,11 @@ bridge::Catalogue CatalogueOf(const Sources& sources, const std::string& session
     }
   }
   catalogue.metadata["sources"] = JsonText(infos);
+  // Behind all of them: who answers to whom.
+  if (Compared(sources).size() > 1) {
+    const std::string schema = "morphbus.Pairs";
+    catalogue.channels.push_back({"/pairs", schema, bridge::SchemaOf(schema), true});
+  }
   return catalogue;
 }
 
@@ -213,14 +253,17 @@ void Announce(const MonitorOptions& options, const bridge::OutwardServer& server
   const std::string url = fmt::format("http://{}:{}/?token={}", host, server.port(), token);
   if (options.json) {
     Json names = Json::array();
-    for (const auto& source : sources) names.push_back(source->Info());
+    for (const MonitorSource* source : Compared(sources)) names.push_back(source->Info());
     Print("{}\n",
           JsonText(
               Json{{"url", url}, {"port", server.port()}, {"token", token}, {"sources", names}}));
   } else {
     Print("{}\n", url);
-    for (const auto& source : sources) {
+    for (const MonitorSource* source : Compared(sources)) {
       Print("  {}: {}\n", source->name(), source->Info()["kind"].get<std::string>());
+    }
+    if (sources.empty()) {
+      Print("  Nothing runs here; the page shows the first run that begins (morphbus run).\n");
     }
     Print("Open it in a browser; Foxglove connects to ws://{}:{}/. Ctrl-C ends it.\n", host,
           server.port());
@@ -235,17 +278,47 @@ void Serve(const MonitorOptions& options, const Sources& sources, bridge::Sessio
   // OpenSources puts the run last.
   const bool live = dynamic_cast<LiveSource*>(sources.back().get()) != nullptr;
   const WallTimer timer;
+  PairTeller pairs(Compared(sources), hub, sources.size() * bridge::kOutwardTopics.size());
   int wait_ms = 0;
   while (CaughtSignal() == 0 && !(options.seconds > 0 && timer.seconds() >= options.seconds)) {
     int next_ms = kLiveWaitMs;
     for (const auto& source : sources) {
       next_ms = std::min(next_ms, source->Step(std::min(wait_ms, kLiveWaitMs)));
     }
+    pairs.Step();
     const auto requests = hub->TakeRequests(live ? 0 : next_ms);
     for (const bridge::ClientRequest& request : requests) Route(request, sources, hub);
     // Where there was one request the next is likely to follow, as while a slider is dragged.
     wait_ms = requests.empty() ? kLiveWaitMs : 0;
   }
+}
+
+/// Whether a run of this machine is to be shown, whichever it is, and there is none.
+bool NothingRuns(const MonitorOptions& options) {
+  if (!options.logs.empty() || !options.run.run.empty() || !options.run.lcm_url.empty()) {
+    return false;
+  }
+  const Result<std::vector<RunEntry>> runs = ListRuns();
+  return runs && runs->empty();
+}
+
+/// Shows that nothing runs, until something does; false if a signal comes or the time is over
+/// before. A page connects again by itself when the next server is there.
+bool ServeUntilRun(const MonitorOptions& options, bridge::OutwardServer* server,
+                   const std::string& token) {
+  constexpr int kLookEveryMs = 200;
+  server->Start(CatalogueOf({}, "waiting"));
+  Announce(options, *server, token, {});
+  const WallTimer timer;
+  while (CaughtSignal() == 0 && !(options.seconds > 0 && timer.seconds() >= options.seconds)) {
+    for (const bridge::ClientRequest& request : server->hub().TakeRequests(kLookEveryMs)) {
+      Route(request, {}, &server->hub());
+    }
+    // A run that others can hear has a bus, and has laid down what it is.
+    const Result<RunEntry> run = FindRun("");
+    if (run && !run->url.empty() && ReadFile(run->folder + "/description.pb")) return true;
+  }
+  return false;
 }
 
 int Monitor(const MonitorOptions& options) {
@@ -256,22 +329,34 @@ int Monitor(const MonitorOptions& options) {
   Result<bridge::ServerOptions> server_options = ServerOptionsOf(options);
   if (!server_options) return Unusable(server_options.error().message);
   const std::string token = server_options->gate.token;
+  CatchSignals();
   // The port is opened here, where people are, before a run's private network is entered.
+  const bridge::ServerOptions again = *server_options;
   auto server = bridge::OutwardServer::Open(std::move(*server_options));
   if (!server) return Unusable(server.error().message + "; --port chooses another, 0 any");
+  const bool waited = NothingRuns(options);
+  if (waited) {
+    if (!ServeUntilRun(options, server->get(), token)) return kDone;
+    // Another server takes the place of the one that waited: what there is, is told once.
+    bridge::ServerOptions same = again;
+    same.port = (*server)->port();
+    server->reset();
+    server = bridge::OutwardServer::Open(std::move(same));
+    if (!server) return Failed(server.error().message);
+  }
   Result<Sources> sources = OpenSources(options, std::move(*logs));
   if (!sources) return Unusable(sources.error().message);
   // By the session a client that connects again tells whether this is still the same monitor.
   const Result<std::string> session = NewToken();
   if (!session) return Failed(session.error().message);
-  CatchSignals();
   (*server)->Start(CatalogueOf(*sources, *session));
   bridge::SessionHub& hub = (*server)->hub();
   // Channels are numbered as in the catalogue; the server's time is that of the first source.
   for (size_t s = 0; s < sources->size(); ++s) {
-    (*sources)[s]->Open(&hub, s * bridge::kOutwardTopics.size(), s == 0);
+    const bool first = (*sources)[s].get() == Compared(*sources).front();
+    (*sources)[s]->Open(&hub, s * bridge::kOutwardTopics.size(), first);
   }
-  Announce(options, **server, token, *sources);
+  if (!waited) Announce(options, **server, token, *sources);
   Serve(options, *sources, &hub);
   // Sources, whose commands answer through the server, go before it.
   sources->clear();

@@ -8,6 +8,7 @@
 
 #include "bridge/bus/lcm_tap.h"
 #include "compiler/base/name_pattern.h"
+#include "tools/base/files.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/launcher_link.h"
@@ -87,7 +88,7 @@ int Spy(const SpyOptions& options) {
   Result<LcmSchema> schema = ReadSchema(options.types, &warnings);
   if (!schema) return Unusable(schema.error().message);
   WarnOfMany(warnings);
-  // The key is read before the run's network is entered, which may change the user.
+  // Key and description are read before the run's network is entered, which may change the user.
   // A bus that is named by its URL alone belongs to no run of this machine.
   const bool elsewhere = options.run.run.empty() && !options.run.lcm_url.empty();
   const Result<RunEntry> own = elsewhere ? Fail("elsewhere") : FindRun(options.run.run);
@@ -96,6 +97,7 @@ int Spy(const SpyOptions& options) {
                                      : own             ? bridge::RunKey::Read(KeyPath(own->folder))
                                                        : Fail("none");
   if (!key && !key_file.empty()) return Unusable(key.error().message);
+  const std::string description = own ? ReadFile(own->folder + "/description.pb").value_or("") : "";
   // Joining a private network must come before LCM starts its thread.
   const Result<std::string> url = JoinRun(options.run);
   if (!url) return Unusable(url.error().message);
@@ -104,6 +106,7 @@ int Spy(const SpyOptions& options) {
   // All channels, also those of other programs: what is strange on the bus is what the spy is for.
   SpyTable table(std::move(*schema));
   if (key) table.KnowKey(own ? own->name : "", *key);
+  if (!description.empty()) table.KnowDescription(description, ArrivalClockNs());
   CatchSignals();
   if (!options.json && !options.once && CanShowScreen()) {
     SpyScreenOptions screen = {options.run, *url, options.interval, options.seconds, nullptr};

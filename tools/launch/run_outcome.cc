@@ -32,7 +32,8 @@ std::vector<std::string> RoleProblems(const RunPlan& plan,
   });
   if (all || !HasRoles(plan)) return {};
   // Why a module has no role is found by ticking the robot at rest, as `morphbus roles` does.
-  const Result<StaticRoles> at_rest = SettleRoles(plan, &docked);
+  const Situation situation = {docked};
+  const Result<StaticRoles> at_rest = SettleRoles(plan, &situation);
   if (!at_rest) return {at_rest.error().message};
   std::vector<std::string> problems;
   for (const StaticRole& module : at_rest->modules) {

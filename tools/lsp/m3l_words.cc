@@ -16,6 +16,10 @@ constexpr AttributeWord kAttributes[] = {
      "a direction, for parallel and antiparallel; of a connector the way out of the module"},
     {"link", "grouping", "(${1})", "names of the points that are on the link"},
     {"link", "hull", "convex(${1}.point)", "its shape: one convex part or several, joined by +"},
+    {"link", "visual", "box(size=(${1:1}, ${2:1}, ${3:1}))",
+     "how it looks: shapes as in hull, and meshes as they are, joined by + (default: its hull)"},
+    {"link", "colour", "\"#${1:4d78a8}\"",
+     "of what is seen of it (default: that of its module or role)"},
     {"link", "mass", "${1:0.1}", "its mass in kg (default: volume of the parts times 500 kg/m³)",
      ValueUnit::kMass},
     {"link", "friction", "${1:0.8}",
@@ -65,6 +69,11 @@ constexpr AttributeWord kAttributes[] = {
      "start values: radians, or model units of prismatic joints (default 0)", ValueUnit::kAngle},
     {"box", "size", "(${1:1}, ${2:1}, ${3:1})", "its sides along the module's axes, in model units",
      ValueUnit::kLength},
+    {"box", "colour", "\"#${1:4d78a8}\"", "in visual: its own colour"},
+    {"cylinder", "colour", "\"#${1:4d78a8}\"", "in visual: its own colour"},
+    {"sphere", "colour", "\"#${1:4d78a8}\"", "in visual: its own colour"},
+    {"mesh", "colour", "\"#${1:4d78a8}\"", "in visual: its own colour"},
+    {"convex", "colour", "\"#${1:4d78a8}\"", "in visual: its own colour"},
     {"box", "at", "(${1:0}, ${2:0}, ${3:0})", "its middle, in model units (default the origin)",
      ValueUnit::kLength},
     {"cylinder", "radius", "${1:1}", "its radius in model units", ValueUnit::kLength},
@@ -111,7 +120,8 @@ constexpr ModelWord kHulls[] = {
     {"box", "box(size=(${1:1}, ${2:1}, ${3:1}), at=(${4:0}, ${5:0}, ${6:0}))", "a box"},
     {"cylinder", "cylinder(radius=${1:1}, length=${2:1}, axis=${3})", "a prism about an axis"},
     {"sphere", "sphere(radius=${1:1}, at=(${2:0}, ${3:0}, ${4:0}))", "a body of 66 corners"},
-    {"mesh", "mesh(\"${1:file.stl}\")", "the convex hull of an STL file"},
+    {"mesh", "mesh(\"${1:file.stl}\")",
+     "the convex hull of an STL file; in visual the mesh itself"},
 };
 
 constexpr ModelWord kConditions[] = {

@@ -256,7 +256,7 @@ class ModelCompleter {
       OfferThings(NameKind::kLink, module, ItemKind::kValue);
     } else if (definition == "link" && attribute == "grouping") {
       OfferThings(NameKind::kPoint, module, ItemKind::kValue);
-    } else if (definition == "link" && attribute == "hull") {
+    } else if (definition == "link" && (attribute == "hull" || attribute == "visual")) {
       OfferHull(module);
     } else if (attribute == "members" || (definition == "robot" && attribute == "modules")) {
       OfferAll(NameKind::kModule, ItemKind::kClass);

@@ -16,6 +16,8 @@ constexpr size_t kMostDrawn = 200;
 constexpr size_t kMostPictureBytes = 90'000;
 /// An SVG of shapes with more corners would be larger; it is not even tried.
 constexpr size_t kMostSvgCorners = 250;
+/// A picture that is smaller shows nothing.
+constexpr double kLeastPictureWidth = 80;
 
 /// A module of a type, all joints at 0.
 model::ModuleInstance ModuleOf(const model::Model& model, int type, const std::string& name) {
@@ -81,12 +83,18 @@ std::string PictureMarkdown(const logger::Drawing& drawing, const std::string& a
   if (!data.empty() && data.size() <= kMostPictureBytes) {
     return "![" + alt + "](data:image/svg+xml;base64," + data + ")";
   }
-  // What has many faces takes less as pixels, of which there are two to each of the width.
-  const Result<std::string> png = logger::RenderPicture(drawing, "picture.png");
-  const std::string pixels = png ? Base64(*png) : "";
-  if (pixels.empty() || pixels.size() > kMostPictureBytes) return "";
-  return "![" + alt + "|width=" + std::to_string(std::lround(drawing.panel_width_px)) +
-         "](data:image/png;base64," + pixels + ")";
+  // What has many faces takes less as pixels, of which there are two to each of the width; the
+  // picture is as large as there is room for.
+  logger::Drawing smaller = drawing;
+  for (; smaller.panel_width_px >= kLeastPictureWidth; smaller.panel_width_px *= 0.7) {
+    const Result<std::string> png = logger::RenderPicture(smaller, "picture.png");
+    const std::string pixels = png ? Base64(*png) : "";
+    if (pixels.empty()) return "";
+    if (pixels.size() > kMostPictureBytes) continue;
+    return "![" + alt + "|width=" + std::to_string(std::lround(smaller.panel_width_px)) +
+           "](data:image/png;base64," + pixels + ")";
+  }
+  return "";
 }
 
 }  // namespace morphbus::tools

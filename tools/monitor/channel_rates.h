@@ -20,7 +20,8 @@ class ChannelRates {
   ChannelRates(const ChannelRates&) = delete;
   ChannelRates& operator=(const ChannelRates&) = delete;
 
-  /// A message that came at `now_s`, seconds on any clock that does not go back.
+  /// A message that came at `now_s`, seconds on any clock that does not go back: sim time, so that
+  /// a rate is that of the robot however fast the run goes.
   void Take(std::string_view channel, const uint8_t* data, size_t size, double now_s);
   /// All counts; rates are those since the last call, or since the first message. What comes on
   /// channels for which there is no place is counted as one.

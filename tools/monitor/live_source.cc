@@ -127,14 +127,16 @@ Result<std::string> CommandOf(const std::string& service, const nlohmann::json& 
 
 }  // namespace
 
-LiveSource::LiveSource(std::shared_ptr<const bridge::RunModel> run,
+LiveSource::LiveSource(std::shared_ptr<const bridge::RunModel> run, std::string description,
                        std::unique_ptr<bridge::Bus> bus, const bridge::RunKey* key)
     : run_(std::move(run)),
+      description_(std::move(description)),
       lcm_(std::move(bus)),
       sealed_(key == nullptr ? nullptr : std::make_unique<bridge::SealedBus>(lcm_.get(), *key)),
       bus_(sealed_ != nullptr ? sealed_.get() : lcm_.get()),
       texts_(run_->model),
-      present_(bus_, run_) {
+      present_(bus_, run_),
+      outline_(run_) {
   name_ = run_->run;
 }
 
@@ -176,7 +178,8 @@ Result<std::unique_ptr<LiveSource>> LiveSource::Create(const RunChoice& choice) 
   // What names and shapes the messages speak of.
   auto run = bridge::ReadRunWithRobot(description);
   if (!run) return Fail(run.error().message);
-  std::unique_ptr<LiveSource> source(new LiveSource(*run, std::move(*bus), key ? &*key : nullptr));
+  std::unique_ptr<LiveSource> source(
+      new LiveSource(*run, std::move(description), std::move(*bus), key ? &*key : nullptr));
   if (controlled) {
     // Commands have a bus of their own, for they wait for answers.
     Result<std::unique_ptr<bridge::Bus>> own = bridge::OpenLcmBus(*url);
@@ -193,7 +196,8 @@ Json LiveSource::Info() const {
 }
 
 std::vector<std::string> LiveSource::services() const {
-  return {"control", "deploy", "pause", "resume", "step", "speed", "push", "invoke"};
+  return {"control", "deploy", "pause",  "resume",        "step",
+          "speed",   "push",   "invoke", "missing_roles", "explain_role"};
 }
 
 void LiveSource::Open(bridge::SessionHub* server, size_t first_channel, bool tells_time) {
@@ -216,25 +220,46 @@ void LiveSource::Open(bridge::SessionHub* server, size_t first_channel, bool tel
 
 void LiveSource::OnMessage(std::string_view channel, const uint8_t* data, size_t size) {
   // All channels are counted, those that viewers are not told of among them.
-  rates_.Take(channel, data, size, timer_.seconds());
+  const double now_s = static_cast<double>(converter_->time_us()) * 1e-6;
+  rates_.Take(channel, data, size, now_s);
   const bool sound = converter_->Take(channel, data, size, sink_);
   if (sound) present_.Take(channel, data, size);
+  if (sound) outline_.Take(channel, data, size);
   if (!channel.ends_with("/SIM/CLOCK")) return;
+  // Before the first CLOCK nobody knows what time it is: rates are those from then on.
+  if (counted_s_ < 0 && converter_->tick() >= 0) {
+    counted_s_ = static_cast<double>(converter_->time_us()) * 1e-6;
+    rates_.Roll(counted_s_);
+  }
   server_->SetParameter(Parameter("paused"), converter_->paused());
   server_->SetParameter(Parameter("speed"), converter_->speed());
 }
 
 int LiveSource::Step(int wait_ms) {
   bus_->Handle(wait_ms);
-  // Rates go out by the wall clock and are dated by the sim's, as everything that viewers get.
-  if (timer_.seconds() >= next_counts_s_) {
-    morphbus::Channels counts = rates_.Roll(timer_.seconds());
+  // Rates go out by the wall clock and are those of sim time. While the run holds still there are
+  // none.
+  const double now_s = static_cast<double>(converter_->time_us()) * 1e-6;
+  if (timer_.seconds() >= next_counts_s_ && counted_s_ >= 0 && now_s > counted_s_) {
+    counted_s_ = now_s;
+    morphbus::Channels counts = rates_.Roll(now_s);
     bridge::SetTime(converter_->time_us(), counts.mutable_timestamp());
     sink_(bridge::OutwardTopic::kChannels, converter_->time_us() * 1000,
           counts.SerializeAsString());
     next_counts_s_ = timer_.seconds() + kCountsEvery;
   }
   return 0;
+}
+
+void LiveSource::AskForRoles(const bridge::ClientRequest& request) {
+  if (inquiry_ == nullptr) inquiry_ = std::make_unique<RoleInquiry>(description_);
+  inquiry_->Ask(
+      RoleQuestionIn(request.value),
+      [now = StandingOf(*converter_)]() -> Result<RobotStanding> { return now; },
+      [server = server_, request](const Result<Json>& answer) {
+        if (!answer) return server->RefuseCall(request, answer.error().message);
+        server->AnswerCall(request, *answer);
+      });
 }
 
 void LiveSource::Command(const bridge::ClientRequest& request, const std::string& text,
@@ -276,6 +301,7 @@ void LiveSource::Command(const bridge::ClientRequest& request, const std::string
 
 void LiveSource::Take(const bridge::ClientRequest& request, const std::string& what) {
   using Kind = bridge::ClientRequest::Kind;
+  if (request.kind == Kind::kCall && IsRoleService(what)) return AskForRoles(request);
   if (request.kind == Kind::kCall) {
     // A service and a parameter are both commands in the end.
     const Result<std::string> text = CommandOf(what, request.value);

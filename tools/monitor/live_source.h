@@ -15,6 +15,8 @@
 #include "tools/monitor/monitor_source.h"
 #include "tools/monitor/present_tick.h"
 #include "tools/monitor/program_text.h"
+#include "tools/monitor/role_inquiry.h"
+#include "tools/monitor/run_outline.h"
 
 namespace morphbus::tools {
 
@@ -32,21 +34,26 @@ class LiveSource : public MonitorSource {
   // As in MonitorSource.
   [[nodiscard]] Json Info() const override;
   [[nodiscard]] std::vector<std::string> services() const override;
+  [[nodiscard]] Result<logger::RunLog> Outline() override { return outline_.Log(); }
+  [[nodiscard]] int64_t outline_version() const override { return outline_.version(); }
   void Open(bridge::SessionHub* server, size_t first_channel, bool tells_time) override;
   int Step(int wait_ms) override;
   void Take(const bridge::ClientRequest& request, const std::string& what) override;
 
  private:
   /// With the run's key (null: it is not at hand) only what is authentic is shown.
-  LiveSource(std::shared_ptr<const bridge::RunModel> run, std::unique_ptr<bridge::Bus> bus,
-             const bridge::RunKey* key);
+  LiveSource(std::shared_ptr<const bridge::RunModel> run, std::string description,
+             std::unique_ptr<bridge::Bus> bus, const bridge::RunKey* key);
   /// A message of the bus: counts it, and sends what it means to all clients.
   void OnMessage(std::string_view channel, const uint8_t* data, size_t size);
+  /// Finds out why modules have no role now, for a client.
+  void AskForRoles(const bridge::ClientRequest& request);
   /// Gives a command for a client and tells it what became of it.
   void Command(const bridge::ClientRequest& request, const std::string& text,
                const std::string& program);
 
   std::shared_ptr<const bridge::RunModel> run_;
+  std::string description_;  ///< The run's, serialized.
   // The network's bus, what lets through what is authentic (null without a key), and which of the
   // two is listened to.
   std::unique_ptr<bridge::Bus> lcm_;
@@ -56,10 +63,13 @@ class LiveSource : public MonitorSource {
   std::unique_ptr<Commander> commander_;  ///< Null for a run that cannot be controlled.
   std::unique_ptr<bridge::Converter> converter_;
   PresentTick present_;
+  RunOutline outline_;
   bridge::OutwardSink sink_;  ///< To all clients; empty before Open().
   ChannelRates rates_;
   WallTimer timer_;
   double next_counts_s_ = 1.0;  ///< When the channels' rates are told next, on `timer_`.
+  double counted_s_ = -1.0;     ///< Sim time up to which they were told; below 0 before CLOCK.
+  std::unique_ptr<RoleInquiry> inquiry_;  ///< Null until somebody asks.
 };
 
 }  // namespace morphbus::tools

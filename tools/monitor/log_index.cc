@@ -11,26 +11,28 @@ namespace morphbus::tools {
 namespace {
 
 constexpr size_t kMostCheckpoints = 256;
+constexpr size_t kMostCounts = 1024;
 /// Sim time between two checkpoints at first; it doubles as often as there are too many.
 constexpr int64_t kFirstSpacingUs = 1'000'000;
 
-/// Leaves every second checkpoint, the first among them.
-void ThinOut(std::vector<LogCheckpoint>* checkpoints) {
-  std::vector<LogCheckpoint> kept;
-  for (size_t i = 0; i < checkpoints->size(); i += 2) {
-    kept.push_back(std::move((*checkpoints)[i]));
-  }
+/// Leaves every second one, the first among them.
+template <class Place>
+void ThinOut(std::vector<Place>* places) {
+  std::vector<Place> kept;
+  for (size_t i = 0; i < places->size(); i += 2) kept.push_back(std::move((*places)[i]));
   // So they stay evenly spread over a log of any length.
-  *checkpoints = std::move(kept);
+  *places = std::move(kept);
 }
 
 }  // namespace
 
-Result<std::shared_ptr<const bridge::RunModel>> ReadLogModel(const std::string& path) {
-  const Result<std::string> description = logger::DescriptionInLog(path);
-  if (!description) return Fail(description.error().message);
-  auto model = bridge::ReadRunWithRobot(*description);
+Result<std::shared_ptr<const bridge::RunModel>> ReadLogModel(const std::string& path,
+                                                             std::string* description) {
+  const Result<std::string> found = logger::DescriptionInLog(path);
+  if (!found) return Fail(found.error().message);
+  auto model = bridge::ReadRunWithRobot(*found);
   if (!model) return Fail(path + ": " + model.error().message);
+  *description = *found;
   return *model;
 }
 
@@ -49,8 +51,13 @@ Result<std::shared_ptr<const LogIndex>> IndexLog(const std::string& path,
   bridge::Converter converter(run, source, text);
   index->checkpoints.push_back({0, 0, converter});
   ChannelRates rates;
-  int64_t spacing_us = kFirstSpacingUs;
-  int64_t first_wall_us = -1, last_wall_us = 0, tick = -1;
+  int64_t spacing_us = kFirstSpacingUs, counts_spacing_us = kFirstSpacingUs;
+  int64_t tick = -1;
+  const auto count = [&] {
+    morphbus::Channels counts = rates.Roll(static_cast<double>(converter.time_us()) * 1e-6);
+    bridge::SetTime(converter.time_us(), counts.mutable_timestamp());
+    index->counts.emplace_back(converter.time_us(), counts.SerializeAsString());
+  };
   logger::LogEvent event;
   while ((*reader)->Next(&event)) {
     // A tick begins with its CLOCK: before it is where one can begin to play.
@@ -63,19 +70,26 @@ Result<std::shared_ptr<const LogIndex>> IndexLog(const std::string& path,
         spacing_us *= 2;
       }
     }
-    // Rates are those by the wall clock of the recording, as on the bus.
-    if (first_wall_us < 0) first_wall_us = event.timestamp_us;
-    last_wall_us = event.timestamp_us - first_wall_us;
+    // What was said by the end of a stretch of sim time.
+    if (event.channel == clock_channel && tick >= 0 &&
+        (index->counts.empty() ||
+         converter.time_us() >= index->counts.back().first + counts_spacing_us)) {
+      count();
+      if (index->counts.size() > kMostCounts) {
+        ThinOut(&index->counts);
+        counts_spacing_us *= 2;
+      }
+    }
     rates.Take(event.channel, event.data.data(), event.data.size(),
-               static_cast<double>(last_wall_us) * 1e-6);
+               static_cast<double>(converter.time_us()) * 1e-6);
     // Without a sink the converter only follows, which is much faster.
     converter.Take(event.channel, event.data.data(), event.data.size(), nullptr);
     if (tick < 0 && converter.tick() >= 0) index->begin_us = converter.time_us();
     tick = converter.tick();
   }
   index->end_us = converter.time_us();
-  index->channels = rates.Roll(static_cast<double>(last_wall_us) * 1e-6);
   if (tick < 0) return Fail(path + " holds no tick of run " + run->run);
+  count();
   return index;
 }
 

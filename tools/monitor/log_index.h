@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bridge/outward/converter.h"
@@ -26,12 +27,15 @@ struct LogIndex {
   int64_t begin_us = 0, end_us = 0;  ///< Sim time of the first and the last tick.
   /// In order of time; the first is the log's begin. 256 at most, evenly spread.
   std::vector<LogCheckpoint> checkpoints;
-  /// Counts over the whole log.
-  morphbus::Channels channels;
+  /// What channels had said by then, with rates since the one before: serialized
+  /// morphbus::Channels, in order of sim time (µs). 1024 at most, evenly spread; never empty.
+  std::vector<std::pair<int64_t, std::string>> counts;
 };
 
-/// The model of the first run in a log, by the description in its INFO.
-Result<std::shared_ptr<const bridge::RunModel>> ReadLogModel(const std::string& path);
+/// The model of the first run in a log, by the description in its INFO, which goes to
+/// `description`, serialized.
+Result<std::shared_ptr<const bridge::RunModel>> ReadLogModel(const std::string& path,
+                                                             std::string* description);
 
 /// Reads a log of that run. Fails if the file cannot be read or holds no tick of the run. Damage is
 /// passed over. `source` and `text` are for the converter.

@@ -40,9 +40,22 @@ bool LogPlayer::Peek() {
   return true;
 }
 
+void LogPlayer::SendCounts(const bridge::OutwardSink& sink) {
+  const auto& counts = index_->counts;
+  const auto later =
+      std::upper_bound(counts.begin(), counts.end(), converter_.time_us(),
+                       [](int64_t time_us, const auto& entry) { return time_us < entry.first; });
+  const auto passed = later - counts.begin();
+  if (passed <= next_count_) return;
+  next_count_ = passed;
+  const auto& [time_us, bytes] = counts[passed - 1];
+  sink(bridge::OutwardTopic::kChannels, time_us * 1000, bytes);
+}
+
 void LogPlayer::TakeEvent(const bridge::OutwardSink& sink) {
   converter_.Take(event_.channel, event_.data.data(), event_.data.size(), sink);
   peeked_ = false;
+  if (event_.channel == clock_channel_) SendCounts(sink);
 }
 
 bool LogPlayer::Advance(double now_s, int most, const bridge::OutwardSink& sink) {
@@ -50,7 +63,6 @@ bool LogPlayer::Advance(double now_s, int most, const bridge::OutwardSink& sink)
   if (!begun_) {
     begun_ = true;
     converter_.Begin(sink);
-    sink(bridge::OutwardTopic::kChannels, 0, index_->channels.SerializeAsString());
   }
   if (!playing_) return false;
   // In time with the wall, only what is due by now.
@@ -85,8 +97,8 @@ void LogPlayer::Seek(int64_t time_us, double now_s, const bridge::OutwardSink& s
   // From the checkpoint on the converter knows all that came before.
   event_time_us_ = from.time_us;
   begun_ = true;
+  next_count_ = 0;
   converter_.Begin(sink);
-  sink(bridge::OutwardTopic::kChannels, 0, index_->channels.SerializeAsString());
   // Of what leads there only the last message of each topic is sent.
   struct Last {
     int64_t time_ns = 0;
@@ -100,6 +112,8 @@ void LogPlayer::Seek(int64_t time_us, double now_s, const bridge::OutwardSink& s
   // From the checkpoint to the time itself.
   while (Peek() && event_time_us_ <= time_us) TakeEvent(keep);
   converter_.Repeat(keep);
+  next_count_ = 0;
+  SendCounts(keep);
   for (const auto& [topic, message] : last) sink(topic, message.time_ns, message.bytes);
   stepping_ = false;
   anchor_s_ = now_s;

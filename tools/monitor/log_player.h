@@ -38,6 +38,8 @@ class LogPlayer {
   [[nodiscard]] bool playing() const { return playing_; }
   /// The speed that was set: times real time; 0: as fast as possible.
   [[nodiscard]] double speed() const { return speed_; }
+  /// What is known where it has come to.
+  [[nodiscard]] const bridge::Converter& converter() const { return converter_; }
   /// The sim time that it has come to, µs.
   [[nodiscard]] int64_t time_us() const { return converter_.time_us(); }
 
@@ -46,6 +48,8 @@ class LogPlayer {
             double now_s);
   /// Reads the next event into event_, if it is not there already. False at the end.
   bool Peek();
+  /// Sends what channels had said by the time that it has come to, if that was not sent yet.
+  void SendCounts(const bridge::OutwardSink& sink);
   /// Converts the event that was peeked.
   void TakeEvent(const bridge::OutwardSink& sink);
 
@@ -56,6 +60,7 @@ class LogPlayer {
   logger::LogEvent event_;
   bool peeked_ = false;
   int64_t event_time_us_ = 0;  ///< Of the event that was peeked, or of the last that had one.
+  int64_t next_count_ = 0;     ///< Index into LogIndex::counts.
   bool begun_ = false;         ///< Whether description and scene were sent.
   bool playing_ = true;
   double speed_ = 1.0;

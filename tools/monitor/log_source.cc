@@ -32,16 +32,21 @@ bool IsSpeed(const nlohmann::json& value) {
 
 }  // namespace
 
-LogSource::LogSource(std::string path, std::shared_ptr<const bridge::RunModel> run)
-    : path_(std::move(path)), run_(std::move(run)), texts_(run_->model) {
+LogSource::LogSource(std::string path, std::shared_ptr<const bridge::RunModel> run,
+                     std::string description)
+    : path_(std::move(path)),
+      run_(std::move(run)),
+      description_(std::move(description)),
+      texts_(run_->model) {
   name_ = run_->run;
 }
 
 Result<std::unique_ptr<LogSource>> LogSource::Create(const std::string& path) {
   // Only as far as the description, so that a mistake in the command line is told at once.
-  auto run = ReadLogModel(path);
+  std::string description;
+  auto run = ReadLogModel(path, &description);
   if (!run) return Fail(run.error().message);
-  return std::unique_ptr<LogSource>(new LogSource(path, *run));
+  return std::unique_ptr<LogSource>(new LogSource(path, *run, std::move(description)));
 }
 
 Result<void> LogSource::Index() {
@@ -52,7 +57,28 @@ Result<void> LogSource::Index() {
   });
   if (!index) return Fail(index.error().message);
   index_ = *index;
+  // What is wrong with the file, and who played which role, is found as `info` and `compare` do.
+  logger::RunLogOptions options;
+  options.run = run_->run;
+  options.series = false;
+  options.outline = true;
+  options.description = description_;
+  auto outline = logger::LoadRunLog(path_, options);
+  if (!outline) return Fail(outline.error().message);
+  outline_ = std::move(*outline);
   return {};
+}
+
+Json LogSource::DamageInfo() const {
+  const logger::LogFacts& facts = outline_.facts;
+  // Without an END the log was cut, wherever else it may be wrong.
+  const bool cut = facts.end_state == logger::EndState::kMissing;
+  if (facts.damage.empty()) {
+    if (!cut) return nullptr;
+    return {{"cut", true}, {"time_us", index_->end_us}, {"what", "it has no END: it was cut"}};
+  }
+  const logger::LogDamage& first = facts.damage.front();
+  return {{"cut", cut}, {"time_us", first.time_us}, {"what", first.what}};
 }
 
 Json LogSource::Info() const {
@@ -61,11 +87,32 @@ Json LogSource::Info() const {
           {"robot", run_->robot->name},
           {"file", std::filesystem::path(path_).filename().string()},
           {"begin_us", index_->begin_us},
-          {"end_us", index_->end_us}};
+          {"end_us", index_->end_us},
+          {"damage", past_of_.empty() ? DamageInfo() : Json(nullptr)},
+          {"past_of", past_of_}};
 }
 
 std::vector<std::string> LogSource::services() const {
-  return {"playback", "pause", "resume", "step", "speed"};
+  return {"playback", "pause", "resume", "step", "speed", "missing_roles", "explain_role"};
+}
+
+void LogSource::AskForRoles(const bridge::ClientRequest& request) {
+  const std::optional<int64_t> time_us = TimeIn(request.value, "time_us");
+  if (!time_us) return server_->RefuseCall(request, "the request needs \"time_us\"");
+  // Made at the first question: most people never ask.
+  if (inquiry_ == nullptr) inquiry_ = std::make_unique<RoleInquiry>(description_);
+  const auto standing = [this, time = *time_us]() -> Result<RobotStanding> {
+    // The client's own playback goes on meanwhile.
+    auto player = LogPlayer::Create(index_, 0);
+    if (!player) return Fail(player.error().message);
+    (*player)->Seek(time, 0, [](bridge::OutwardTopic, int64_t, const std::string&) {});
+    return StandingOf((*player)->converter());
+  };
+  inquiry_->Ask(RoleQuestionIn(request.value), standing,
+                [server = server_, request](const Result<Json>& answer) {
+                  if (!answer) return server->RefuseCall(request, answer.error().message);
+                  server->AnswerCall(request, *answer);
+                });
 }
 
 bridge::OutwardSink LogSource::SinkOf(uint64_t client) {
@@ -175,6 +222,7 @@ void LogSource::Take(const bridge::ClientRequest& request, const std::string& wh
   }
   // It has none if the file could not be opened for it.
   const auto found = playbacks_.find(request.client);
+  if (request.kind == Kind::kCall && IsRoleService(what)) return AskForRoles(request);
   if (request.kind == Kind::kCall) {
     if (found == playbacks_.end()) return server_->RefuseCall(request, "the log cannot be read");
     const Result<void> done = Do(what, request.value, request.client, found->second.player.get());

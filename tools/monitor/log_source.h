@@ -10,6 +10,7 @@
 #include "tools/monitor/log_player.h"
 #include "tools/monitor/monitor_source.h"
 #include "tools/monitor/program_text.h"
+#include "tools/monitor/role_inquiry.h"
 
 namespace morphbus::tools {
 
@@ -26,11 +27,17 @@ class LogSource : public MonitorSource {
   // As in MonitorSource.
   [[nodiscard]] Json Info() const override;
   [[nodiscard]] std::vector<std::string> services() const override;
+  [[nodiscard]] Result<logger::RunLog> Outline() override { return outline_; }
+  [[nodiscard]] int64_t outline_version() const override { return 1; }
   int Step(int wait_ms) override;
   void Take(const bridge::ClientRequest& request, const std::string& what) override;
 
  private:
-  LogSource(std::string path, std::shared_ptr<const bridge::RunModel> run);
+  LogSource(std::string path, std::shared_ptr<const bridge::RunModel> run, std::string description);
+  /// Where the file is wrong first, for Info(); null if it is whole.
+  [[nodiscard]] Json DamageInfo() const;
+  /// Finds out why modules have no role at the time that a request names, for its client.
+  void AskForRoles(const bridge::ClientRequest& request);
   /// A client's playback, and what it was told of it.
   struct Playback {
     std::unique_ptr<LogPlayer> player;
@@ -48,10 +55,13 @@ class LogSource : public MonitorSource {
 
   std::string path_;
   std::shared_ptr<const bridge::RunModel> run_;
+  std::string description_;  ///< The run's, serialized.
   ProgramTexts texts_;
   std::shared_ptr<const LogIndex> index_;   ///< Null before Index().
+  logger::RunLog outline_;                  ///< Empty before Index().
   std::map<uint64_t, Playback> playbacks_;  ///< By client.
   WallTimer timer_;                         ///< The clock by which all clients play.
+  std::unique_ptr<RoleInquiry> inquiry_;    ///< Uses what stands above it.
 };
 
 }  // namespace morphbus::tools

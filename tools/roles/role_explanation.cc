@@ -106,10 +106,11 @@ std::string LabelFinding(const vm::FunctionInfo& label, const vm::RunResult& res
 }
 
 Result<std::vector<RoleExplanation>> ExplainRoles(const RunPlan& plan, const std::string& module,
-                                                  const std::string& role) {
+                                                  const std::string& role,
+                                                  const Situation* situation) {
   const Result<int> index = FindModule(plan.robot(), module);
   if (!index) return Fail(index.error().message);
-  const Result<std::unique_ptr<StaticRobot>> robot = StaticRobot::Create(plan);
+  const Result<std::unique_ptr<StaticRobot>> robot = StaticRobot::Create(plan, situation);
   if (!robot) return Fail(robot.error().message);
   const vm::VerifiedProgram& program = (*robot)->program();
   std::vector<int> numbers;

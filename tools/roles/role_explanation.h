@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tools/plan/run_plan.h"
+#include "tools/roles/static_robot.h"
 #include "vm/image/kinematics_image.h"
 #include "vm/image/program.h"
 #include "vm/run/interpreter.h"
@@ -50,9 +51,11 @@ std::string LabelFinding(const vm::FunctionInfo& label, const vm::RunResult& res
                          const vm::VerifiedKinematics& type);
 
 /// Lets the plan's robot settle, and evaluates roles for one of its modules: `role`, or all that
-/// are not abstract, in the program's order, if that is empty. Fails, with the nearest name, if the
-/// robot has no such module or the program no such role, and as SettleRoles does.
+/// are not abstract, in the program's order, if that is empty. `situation` is how the robot stands;
+/// null: as the plan's model declares it. Fails, with the nearest name, if the robot has no such
+/// module or the program no such role, and as SettleRoles does.
 Result<std::vector<RoleExplanation>> ExplainRoles(const RunPlan& plan, const std::string& module,
-                                                  const std::string& role);
+                                                  const std::string& role,
+                                                  const Situation* situation = nullptr);
 
 }  // namespace morphbus::tools

@@ -17,9 +17,9 @@ constexpr int64_t kMaxTicks = 500;
 }  // namespace
 
 Result<std::unique_ptr<StaticRobot>> StaticRobot::Create(const RunPlan& plan,
-                                                         const DockedTable* docked) {
+                                                         const Situation* situation) {
   std::unique_ptr<StaticRobot> robot(new StaticRobot(plan));
-  if (Result<void> r = robot->AddModules(docked); !r) return Fail(r.error().message);
+  if (Result<void> r = robot->AddModules(situation); !r) return Fail(r.error().message);
   return robot;
 }
 
@@ -33,13 +33,14 @@ bool StaticRobot::Settle() {
 bool StaticRobot::Tick() {
   bool changed = false;
   for (const auto& module : modules_) {
+    if (module->silent) continue;
     module->input.tick = ticks_;
     module->input.sim_time_us = ticks_ * plan_.description.tick_us();
     for (int c = 0; c < module->instance->type().num_connectors(); ++c) {
       // As in lockstep, a module hears at a tick what its neighbours said at the one before.
       const vm::ConnectorReading& reading = module->input.connectors[c];
-      module->input.messages[c] =
-          ticks_ > 0 && reading.docked ? &modules_[reading.mate_module]->last_message : nullptr;
+      const bool hears = ticks_ > 0 && reading.docked && !modules_[reading.mate_module]->silent;
+      module->input.messages[c] = hears ? &modules_[reading.mate_module]->last_message : nullptr;
     }
     // Commands are thrown away: the sensors stay what they are.
     module->instance->controller().Tick(module->input, &module->output);
@@ -59,7 +60,7 @@ bool StaticRobot::Tick() {
   return changed;
 }
 
-Result<void> StaticRobot::AddModules(const DockedTable* docked) {
+Result<void> StaticRobot::AddModules(const Situation* situation) {
   Result<std::unique_ptr<PlanModules>> built = BuildModules(plan_);
   if (!built) return Fail(built.error().message);
   built_ = std::move(*built);
@@ -68,10 +69,11 @@ Result<void> StaticRobot::AddModules(const DockedTable* docked) {
   if (!robot) return Fail(robot.error().message);
   std::vector<morphbus::module_sensors_t> sensors;
   (*robot)->Sense(&sensors);
-  if (docked != nullptr) Dock(*docked, &sensors);
+  if (situation != nullptr) Place(*situation, &sensors);
   for (size_t m = 0; m < built_->instances.size(); ++m) {
     auto module = std::make_unique<Module>();
     module->instance = built_->instances[m].get();
+    module->silent = situation != nullptr && situation->silent.contains(sensors[m].name);
     // A reading must fit the module type, as the module process checks too.
     const vm::VerifiedKinematics& type = module->instance->type();
     if (Result<void> r = bridge::FromSensors(sensors[m], type.num_joints(), type.num_connectors(),
@@ -84,11 +86,17 @@ Result<void> StaticRobot::AddModules(const DockedTable* docked) {
   return {};
 }
 
-void StaticRobot::Dock(const DockedTable& docked,
-                       std::vector<morphbus::module_sensors_t>* sensors) {
+void StaticRobot::Place(const Situation& situation,
+                        std::vector<morphbus::module_sensors_t>* sensors) {
   for (morphbus::module_sensors_t& reading : *sensors) {
-    const auto found = docked.find(reading.name);
-    if (found == docked.end()) continue;
+    const auto placed = situation.positions.find(reading.name);
+    // They come from messages, which may speak of another number of joints.
+    if (placed != situation.positions.end() &&
+        placed->second.size() == reading.joint_position_si.size()) {
+      reading.joint_position_si = placed->second;
+    }
+    const auto found = situation.docked.find(reading.name);
+    if (found == situation.docked.end()) continue;
     reading.docked = found->second;
     // They come from a log, which may name modules that there are not.
     std::erase_if(reading.docked, [&](const morphbus::docked_connector_t& connector) {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <morphbus/docked_connector_t.hpp>
 #include <morphbus/module_sensors_t.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,18 +19,30 @@ namespace morphbus::tools {
 /// What is docked to a module's connectors, by the module's name.
 using DockedTable = std::map<std::string, std::vector<morphbus::docked_connector_t>>;
 
+/// How a robot stands, where that is not as its model declares it.
+struct Situation {
+  /// The connections: of modules that it names, nothing else is connected.
+  DockedTable docked = {};
+  /// Joint positions (rad or m) by module, in declaration order; other modules are at their start
+  /// values.
+  std::map<std::string, std::vector<double>> positions = {};
+  /// Modules that do nothing and of which nobody hears, as those that a run has lost.
+  std::set<std::string> silent = {};
+};
+
 /// A fault that a module reported, and its sentence (vm/image/fault_text.h).
 struct NotedFault {
   vm::Fault fault;
   std::string sentence;
 };
 
-/// The VMs of a plan's robot, joints at their start values whatever they command.
+/// The VMs of a plan's robot, joints where they are whatever they command.
 class StaticRobot {
  public:
   /// One module and what its VM was told and said last.
   struct Module {
     bridge::ModuleInstance* instance = nullptr;
+    bool silent = false;  ///< Its VM is not ticked, and its neighbours hear nothing of it.
     vm::TickInput input;
     vm::TickOutput output;
     vm::NeighbourMessage last_message;  ///< Of the previous tick.
@@ -40,11 +53,10 @@ class StaticRobot {
 
   /// The VMs of the plan, before their first tick. Fails if the plan's images are damaged or the
   /// world cannot be built.
-  /// @param plan    outlives the robot.
-  /// @param docked  the connections, if they are not those of the plan's robot: of modules that it
-  ///                names, nothing else is connected; null for the robot's own.
+  /// @param plan       outlives the robot.
+  /// @param situation  how the robot stands; null: as the plan's model declares it.
   static Result<std::unique_ptr<StaticRobot>> Create(const RunPlan& plan,
-                                                     const DockedTable* docked = nullptr);
+                                                     const Situation* situation = nullptr);
 
   /// Ticks all VMs until neither roles nor labels nor conventions have changed for two seconds of
   /// sim time; false if they still do after ten.
@@ -60,9 +72,9 @@ class StaticRobot {
  private:
   explicit StaticRobot(const RunPlan& plan) : plan_(plan) {}
   /// Builds the modules and gives each what its sensors read at rest.
-  Result<void> AddModules(const DockedTable* docked);
-  /// Puts these connections into the readings, in place of those that are there.
-  static void Dock(const DockedTable& docked, std::vector<morphbus::module_sensors_t>* sensors);
+  Result<void> AddModules(const Situation* situation);
+  /// Puts these connections and positions into the readings, in place of those that are there.
+  static void Place(const Situation& situation, std::vector<morphbus::module_sensors_t>* sensors);
   /// One tick of all; true if any role, label or convention changed.
   bool Tick();
   /// Adds the faults of the last tick to the module's, each once.

@@ -32,6 +32,7 @@ class RoleWriter {
   [[nodiscard]] StaticRole Describe(const Module& module) const {
     StaticRole out;
     out.module = module.instance->name();
+    if (module.silent) return out;
     // Faults stand before a missing role, which may follow from them.
     for (const NotedFault& noted : module.faults) {
       const std::string function = vm::FaultFunction(noted.fault, &program_);
@@ -74,7 +75,7 @@ class RoleWriter {
     int most = -1;
     for (const auto& module : robot_.modules()) {
       // Requirements ask where the module is, so that without a pose none can be checked.
-      if (!module->report.has_pose) continue;
+      if (module->silent || !module->report.has_pose) continue;
       const int met = NumMet(role, module->instance->controller().vm().CheckRole(role));
       // Of modules that come equally far the first one is named.
       if (met <= most) continue;
@@ -171,8 +172,8 @@ class RoleWriter {
 
 }  // namespace
 
-Result<StaticRoles> SettleRoles(const RunPlan& plan, const DockedTable* docked) {
-  const Result<std::unique_ptr<StaticRobot>> robot = StaticRobot::Create(plan, docked);
+Result<StaticRoles> SettleRoles(const RunPlan& plan, const Situation* situation) {
+  const Result<std::unique_ptr<StaticRobot>> robot = StaticRobot::Create(plan, situation);
   if (!robot) return Fail(robot.error().message);
   StaticRoles roles;
   roles.settled = (*robot)->Settle();

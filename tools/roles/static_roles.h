@@ -59,8 +59,9 @@ struct StaticRoles {
 };
 
 /// What the modules of a plan's robot settle on (StaticRobot::Settle). Roles that never settle are
-/// no error (`settled`). Fails as StaticRobot::Create does, whose `docked` this is.
-Result<StaticRoles> SettleRoles(const RunPlan& plan, const DockedTable* docked = nullptr);
+/// no error (`settled`). Fails as StaticRobot::Create does, whose `situation` this is; modules that
+/// are silent have neither role nor problems.
+Result<StaticRoles> SettleRoles(const RunPlan& plan, const Situation* situation = nullptr);
 
 /// Whether the program has a role that a module could take, that is, one that is not abstract.
 /// False for a damaged image.

@@ -16,7 +16,7 @@ const start = [page('What it is', '/'), page('Installing', '/install'), page('Tu
 const languages = [page('M3L: modules and robots', '/m3l'), page('DynaRole: programs', '/dynarole'), page('Roles: the rules', '/roles'), page("The paper's own text", '/paper')];
 const guides = [
   page('Watching in a browser', '/monitor'), page('Watching in a terminal', '/spy'), page('Logs', '/log'), page('Data: plots, tables', '/data'),
-  page('Congruent robots', '/congruence'), page('Gaits in figures', '/gaits'), page('Many runs', '/sweep'), page('Gaits that are found', '/optimise'),
+  page('Congruent robots', '/congruence'), page('Gaits in figures', '/gaits'), page('Robots at tasks', '/benchmark'), page('Distributed algorithms', '/algorithms'), page('Many runs', '/sweep'), page('Gaits that are found', '/optimise'),
   page('Robots for other programs', '/export'), page('In an editor', '/editor'), page('From Python', '/python'), page('From C++', '/cpp'),
   page('On a microcontroller', '/porting'),
 ];

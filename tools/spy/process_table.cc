@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "bridge/wire/vm_codec.h"
 #include "compiler/base/text.h"
-#include "vm/image/fault_text.h"
 
 namespace morphbus::tools {
 namespace {
@@ -18,6 +16,8 @@ constexpr int64_t kPosePeriodNs = 50'000'000;
 // The speed of a run is that of the last seconds, by so many CLOCKs at most.
 constexpr int64_t kSpeedNs = 3'000'000'000;
 constexpr int64_t kSpeedStepNs = 100'000'000;
+// So many shares of a processor are kept of each process.
+constexpr size_t kMostCpus = 60;
 
 /// Names in the order of people: m2 before m10.
 bool Before(const std::string& a, const std::string& b) {
@@ -33,12 +33,6 @@ bool Before(const std::string& a, const std::string& b) {
 }
 
 }  // namespace
-
-std::string HeardFaultText(const morphbus::fault_t& wire) {
-  const vm::Fault fault = bridge::FromFault(wire);
-  return vm::FaultLine("", fault.line, vm::FaultSentence(fault, {}),
-                       vm::FaultFunction(fault, nullptr));
-}
 
 ProcessTable::Process* ProcessTable::Note(std::string_view run, std::string_view process) {
   // Two runs may have modules of one name.
@@ -106,6 +100,11 @@ void ProcessTable::OnTransform(const bridge::RunMessage& /*message*/,
 void ProcessTable::OnHealth(const bridge::RunMessage& message, morphbus::health_t&& health) {
   const std::vector<morphbus::lateness_t> told = health.lateness;
   process_->row.Take(std::move(health));
+  if (const std::optional<double>& cpu = process_->row.cpu) {
+    std::vector<double>& history = process_->row.cpu_history;
+    if (history.size() >= kMostCpus) history.erase(history.begin());
+    history.push_back(*cpu);
+  }
   // The simulator also tells how punctual the modules are, one that was never heard among them.
   // Noting another process may end the life of `process_`.
   for (const morphbus::lateness_t& lateness : told) {

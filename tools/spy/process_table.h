@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <morphbus/fault_t.hpp>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,10 +13,6 @@
 #include "tools/spy/spy_snapshot.h"
 
 namespace morphbus::tools {
-
-/// A fault as a sentence. The spy has no images of the run, so that it has numbers in place of
-/// names.
-std::string HeardFaultText(const morphbus::fault_t& wire);
 
 /// All processes, 1024 at most, and all runs, 64 at most.
 class ProcessTable : private bridge::RunMessageHandler {

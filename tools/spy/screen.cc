@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <span>
+#include <sstream>
 
 #include "compiler/base/text.h"
 #include "compiler/base/utf8.h"
@@ -16,12 +18,25 @@ namespace {
 // The bars of a sparkline, and what they become in ASCII.
 constexpr std::array<const char*, 8> kBars = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
 constexpr std::string_view kAsciiBars = "_.-=+*%#";
+// The last cell of a meter, by eighths; a whole one is the highest bar above.
+constexpr std::array<const char*, 7> kEighths = {"▏", "▎", "▍", "▌", "▋", "▊", "▉"};
 
 /// The length of the character at `at`, in bytes.
 size_t CharacterAt(std::string_view text, size_t at) {
   size_t end = at + 1;
   while (end < text.size() && ContinuesCharacter(text[end])) ++end;
   return end - at;
+}
+
+/// The last `width` values, a cell each; fewer if there are not so many.
+std::span<const double> LastOf(const std::vector<double>& values, int width) {
+  const size_t count = std::min(values.size(), static_cast<size_t>(std::max(0, width)));
+  return std::span(values).last(count);
+}
+
+/// The bar of a value that is this share of the way from the lowest to the highest.
+const char* BarOf(double share) {
+  return kBars[static_cast<size_t>(std::clamp(share * 7.999, 0.0, 7.0))];
 }
 
 /// True for characters of one cell on every terminal: ASCII, Latin, Greek, Cyrillic.
@@ -75,6 +90,22 @@ std::string FitEnd(std::string_view text, int width) {
   return "…" + std::string(text.substr(begin));
 }
 
+std::vector<std::string> Wrap(const std::string& text, int width) {
+  std::istringstream words(text);
+  std::vector<std::string> lines(1);
+  for (std::string word; words >> word;) {
+    std::string& line = lines.back();
+    if (line.empty()) {
+      line = word;
+    } else if (Cells(line) + 1 + Cells(word) <= width) {
+      line += " " + word;
+    } else {
+      lines.push_back(word);
+    }
+  }
+  return lines;
+}
+
 ScreenLine FitLine(const ScreenLine& line, int width) {
   ScreenLine out;
   int left = width;
@@ -112,12 +143,15 @@ std::string ToAscii(std::string_view text) {
     const size_t length = CharacterAt(text, at);
     const std::string_view character = text.substr(at, length);
     const auto bar = std::find(kBars.begin(), kBars.end(), character);
+    const auto eighth = std::find(kEighths.begin(), kEighths.end(), character);
     const auto other = ascii.find(character);
     // ASCII is itself, bars have their likes, all else is one of the few signs above.
     if (length == 1) {
       out += text[at];
     } else if (bar != kBars.end()) {
       out += kAsciiBars[static_cast<size_t>(bar - kBars.begin())];
+    } else if (eighth != kEighths.end()) {
+      out += eighth - kEighths.begin() < 3 ? '-' : '=';
     } else {
       out += other == ascii.end() ? '?' : other->second;
     }
@@ -127,29 +161,42 @@ std::string ToAscii(std::string_view text) {
 }
 
 std::string Sparkline(const std::vector<double>& values, int width) {
-  // The newest values, a cell each.
-  const size_t count = std::min(values.size(), static_cast<size_t>(std::max(0, width)));
-  const auto begin = values.end() - static_cast<ptrdiff_t>(count);
+  const std::span<const double> shown = LastOf(values, width);
   double least = INFINITY;
   double most = -INFINITY;
   // The bars are between the least and the most of what is shown.
-  for (auto value = begin; value != values.end(); ++value) {
-    if (!std::isfinite(*value)) continue;
-    least = std::min(least, *value);
-    most = std::max(most, *value);
+  for (const double value : shown) {
+    if (!std::isfinite(value)) continue;
+    least = std::min(least, value);
+    most = std::max(most, value);
   }
   std::string out;
   // A value that is no number leaves a gap.
-  for (auto value = begin; value != values.end(); ++value) {
-    if (!std::isfinite(*value)) {
+  for (const double value : shown) {
+    if (!std::isfinite(value)) {
       out += ' ';
       continue;
     }
     // The range is halved, for the whole of it may not be a finite number.
     const double range = most / 2 - least / 2;
-    const double share = range > 0 ? (*value / 2 - least / 2) / range : 0.0;
-    out += kBars[static_cast<size_t>(std::clamp(share * 7.999, 0.0, 7.0))];
+    out += BarOf(range > 0 ? (value / 2 - least / 2) / range : 0.0);
   }
+  return out;
+}
+
+std::string SparklineFromZero(const std::vector<double>& values, int width) {
+  const std::span<const double> shown = LastOf(values, width);
+  const double most = shown.empty() ? 0.0 : *std::ranges::max_element(shown);
+  std::string out;
+  for (const double value : shown) out += value > 0 ? BarOf(value / most) : " ";
+  return out;
+}
+
+std::string Meter(double share, int width) {
+  const int eighths = static_cast<int>(std::lround(std::clamp(share, 0.0, 1.0) * 8 * width));
+  std::string out;
+  for (int i = 0; i < eighths / 8; ++i) out += kBars.back();
+  if (eighths % 8 > 0) out += kEighths[static_cast<size_t>(eighths % 8 - 1)];
   return out;
 }
 

@@ -31,18 +31,24 @@ int Cells(std::string_view text);
 std::string FitCells(std::string_view text, int width, bool right = false);
 /// The same, but it is the end that is kept: `…_poses[0].position_m[2]`.
 std::string FitEnd(std::string_view text, int width);
+/// The text in lines of at most `width` cells, broken between words; a longer word has its own.
+std::vector<std::string> Wrap(const std::string& text, int width);
 /// The line cut to `width` cells and, if it is selected throughout, filled up to them.
 ScreenLine FitLine(const ScreenLine& line, int width);
 
 /// The lines without their styles, each with a line feed.
 std::string PlainText(const Screen& screen);
-/// For terminals that know only ASCII: `…` `µ` `×` `↑` `↓` and the bars of Sparkline have
+/// For terminals that know only ASCII: `…` `µ` `×` `↑` `↓` and the bars of Sparkline and Meter have
 /// replacements, other characters become `?`.
 std::string ToAscii(std::string_view text);
 
 /// The last `width` values as bars of eight heights, from their least to their greatest; values
 /// that are not finite are blank, values that are all equal are low.
 std::string Sparkline(const std::vector<double>& values, int width);
+/// The same of values that are not negative, from 0 to their greatest; 0 is blank.
+std::string SparklineFromZero(const std::vector<double>& values, int width);
+/// A bar from the left that fills this share of `width` cells, to an eighth of a cell; 0 to 1.
+std::string Meter(double share, int width);
 
 /// Figures in few cells: 49.98, 1234, 12.3k.
 std::string ShortRate(double hz);

@@ -6,7 +6,6 @@
 
 #include "bridge/wire/codec.h"
 #include "compiler/base/text.h"
-#include "tools/spy/process_table.h"
 
 namespace morphbus::tools {
 namespace {
@@ -20,6 +19,24 @@ ScreenLine Fact(const std::string& what, const std::string& value, Style style =
 /// A count that is bad news if there is any.
 ScreenLine BadFact(const std::string& what, int64_t count) {
   return Fact(what, std::to_string(count), count > 0 ? Style::kBad : Style::kPlain);
+}
+
+/// A field's path in `width` cells below that of the line above: what both begin with, up to a
+/// point or bracket, is blank. Where it is too long, its end tells more than its beginning.
+std::string NameBelow(const std::string& above, const std::string& path, int width) {
+  size_t common = 0;
+  for (size_t i = 0; i < std::min(above.size(), path.size()) && above[i] == path[i]; ++i) {
+    if (path[i] == '.' || path[i] == '[') common = i;
+  }
+  const int cut = std::max(0, Cells(path) - width);
+  const int blank = Cells(path.substr(0, common)) - cut;
+  if (blank <= 0) return FitEnd(path, width);
+  return FitCells(std::string(static_cast<size_t>(blank), ' ') + path.substr(common), width);
+}
+
+/// The name of a part, or what it is and its number where that is not known.
+std::string NameOr(const std::string& name, const char* what, int number) {
+  return name.empty() ? fmt::format("{} {}", what, number) : Visible(name);
 }
 
 /// The texts below each other; `what` stands before the first one only.
@@ -69,23 +86,30 @@ void AddEnded(const morphbus::status_t& status, Screen* screen) {
 }
 
 /// What the module says of itself.
-void AddStatus(const ProcessRow& row, Screen* screen) {
+void AddStatus(const ProcessRow& row, const RunNames& names, Screen* screen) {
   const morphbus::status_t& status = *row.status;
   screen->push_back(Fact("role", row.role().empty() ? "none" : Visible(row.role()),
                          row.role().empty() ? Style::kBad : Style::kGood));
   if (status.frozen) screen->push_back(Fact("", "frozen: it changed too often", Style::kBad));
-  // STATUS calls joints and links by index, and the spy has no model that names them.
+  // STATUS calls joints and links by index; the run's description names them, where it is known.
+  const RunNames known = names.Of(status.header.model_hash);
+  const int module = known.NumberOf(row.process);
   std::vector<std::string> lines;
   for (const morphbus::label_t& label : status.labels) {
     const bool joint = label.kind == morphbus::label_t::KIND_JOINT;
-    lines.push_back(fmt::format("{}: {} {}", label.name, joint ? "joint" : "link", label.index));
+    const int part = label.index;
+    lines.push_back(fmt::format("{}: {}", label.name,
+                                joint ? NameOr(known.Joint(module, part), "joint", part)
+                                      : NameOr(known.Link(module, part), "link", part)));
   }
   AddFacts("labels", lines, Style::kPlain, screen);
-  // The conventions of joints, by their index in the module.
+  // The conventions of joints.
   std::string signs;
   for (size_t i = 0; i < status.joint_sign.size(); ++i) {
     const int sign = status.joint_sign[i];
-    signs += fmt::format("{}joint {} {}", i == 0 ? "" : ", ", i,
+    const int joint = static_cast<int>(i);
+    signs += fmt::format("{}{} {}", i == 0 ? "" : ", ",
+                         NameOr(known.Joint(module, joint), "joint", joint),
                          sign > 0   ? "+1"
                          : sign < 0 ? "-1"
                                     : "none");
@@ -129,7 +153,8 @@ void AddHealth(const ProcessRow& row, Screen* screen) {
 
 }  // namespace
 
-Screen ChannelHead(const ChannelRow* row, const std::string& channel, const ShownFields& fields) {
+Screen ChannelHead(const ChannelRow* row, const std::string& channel, const ShownFields& fields,
+                   int width) {
   if (row == nullptr) {
     return {{{Visible(channel), Style::kTitle}, {"  not heard any more", Style::kBad}}};
   }
@@ -159,30 +184,41 @@ Screen ChannelHead(const ChannelRow* row, const std::string& channel, const Show
   if (silent)
     counts.push_back({fmt::format("  silent for {}", ShortTime(a.silent_s)), Style::kBad});
   head.push_back(counts);
-  if (!fields.problem.empty()) head.push_back({{Visible(fields.problem), Style::kBad}});
+  if (fields.problem.empty()) return head;
+  for (const std::string& line : Wrap(Visible(fields.problem), width)) {
+    head.push_back({{line, Style::kBad}});
+  }
   return head;
 }
 
-Screen FieldLines(const ShownFields& fields, int width) {
+int FieldCount(const ShownFields& fields) {
+  if (fields.history == nullptr) return 0;
+  return static_cast<int>(fields.history->fields().size()) + (fields.history->more() > 0 ? 1 : 0);
+}
+
+Screen FieldLines(const ShownFields& fields, int first, int rows, int width) {
   if (fields.history == nullptr) return {};
+  const std::vector<FieldRow>& all = fields.history->fields();
   // Names get what they need up to the half, values a quarter; the rest is for the history.
   int widest = 5;
   int widest_value = 5;
-  for (const FieldRow& field : fields.history->fields()) {
-    widest = std::max(widest, Cells(field.path));
-    if (!field.history.empty()) widest_value = std::max(widest_value, Cells(field.value));
+  for (const FieldRow& field : all) {
+    widest = std::max(widest, Cells(Visible(field.path)));
+    if (!field.history.empty()) widest_value = std::max(widest_value, Cells(Visible(field.value)));
   }
   const int name = std::min(widest, std::max(8, width / 2));
   const int value = std::min(widest_value, std::max(6, width / 4));
   const int bars = width - name - value - 2;
+  const int end = std::min(first + rows, static_cast<int>(all.size()));
   Screen lines;
-  for (const FieldRow& field : fields.history->fields()) {
-    // Where a name is too long, its end tells more than its beginning.
-    ScreenLine line = {{FitEnd(Visible(field.path), name) + " ", Style::kDim}};
+  for (int i = first; i < end; ++i) {
+    const FieldRow& field = all[i];
+    const std::string above = i > first ? Visible(all[i - 1].path) : "";
+    ScreenLine line = {{NameBelow(above, Visible(field.path), name) + " ", Style::kDim}};
     if (field.history.empty()) {
       line.push_back({Visible(field.value)});
     } else {
-      line.push_back({FitCells(field.value, value, true) + " "});
+      line.push_back({FitCells(Visible(field.value), value, true) + " "});
       // What never changes has no history to look at.
       const auto [least, most] = std::minmax_element(field.history.begin(), field.history.end());
       if (bars >= 4 && *least < *most) {
@@ -192,7 +228,7 @@ Screen FieldLines(const ShownFields& fields, int width) {
     lines.push_back(std::move(line));
   }
   // What found no place is at least counted.
-  if (fields.history->more() > 0) {
+  if (fields.history->more() > 0 && first + rows > end) {
     lines.push_back({{fmt::format("and {} more", fields.history->more()), Style::kDim}});
   }
   return lines;
@@ -206,7 +242,9 @@ Screen ProcessLines(const SpySnapshot& spy, const SpyUi& ui) {
                     {fmt::format("  of run {}  {}", Visible(row.run),
                                  row.status ? Visible(row.status->type_name) : ""),
                      Style::kDim}}};
-  if (row.status) AddStatus(row, &screen);
+  const RunRow* run = spy.Run(row.run);
+  const RunNames names = run == nullptr ? RunNames() : run->names;
+  if (row.status) AddStatus(row, names, &screen);
   // Where it is, and what its program did wrong.
   if (row.is_module) {
     std::string pose = "unknown";
@@ -219,7 +257,11 @@ Screen ProcessLines(const SpySnapshot& spy, const SpyUi& ui) {
     screen.push_back(BadFact("faults", row.faults));
     std::vector<std::string> faults;
     for (const auto& [time_us, fault] : row.last_faults) {
-      faults.push_back(fmt::format("{:.2f} s: {}", Seconds(time_us), HeardFaultText(fault)));
+      // A fault comes in a STATUS, so that there is one.
+      faults.push_back(
+          fmt::format("{:.2f} s: {}", Seconds(time_us),
+                      names.Of(row.status->header.model_hash)
+                          .Fault(row.status->header.program_hash, row.status->type_name, fault)));
     }
     AddFacts("", faults, Style::kBad, &screen);
   }
@@ -233,45 +275,6 @@ Screen ProcessLines(const SpySnapshot& spy, const SpyUi& ui) {
                           Style::kBad));
   }
   AddHealth(row, &screen);
-  return screen;
-}
-
-Screen HelpLines() {
-  // A line without a text is a heading.
-  using Line = std::pair<const char*, const char*>;
-  static const std::vector<Line> lines = {
-      {"KEYS", ""},
-      {"up down j k", "select; PgUp PgDn, Home End (g G) further"},
-      {"Enter, right", "the fields of a channel, or all about a module; Esc, left, q: back"},
-      {"] [", "there: the next one of the list, the one before"},
-      {"Tab", "moves in the list of modules, and back"},
-      {"/", "filter: words that channel or type must hold; Esc drops it"},
-      {"s S", "sort by the next column, the one before; r turns the order round"},
-      {"f", "freezes the figures; what comes is still counted"},
-      {"p, blank", "pauses the run, resumes it"},
-      {". ,", "paused: runs one tick, ten ticks"},
-      {"+ - =", "speed times two, half of it, real time; 0: as fast as possible"},
-      {"? h", "this help"},
-      {"q, Ctrl-C", "quits"},
-      {"", ""},
-      {"CHANNELS", ""},
-      {"HZ", "messages a second over the last two seconds, or the last eight"},
-      {"P50 P99", "jitter: the half, 99 % of the intervals differ from the median by at most that"},
-      {"B/S", "bytes of payload a second"},
-      {"LOST", "gaps in the numbers of our messages; others' have none"},
-      {"UNDEC", "messages that are damaged, or of a type that nobody named (--types)"},
-      {"", ""},
-      {"MODULES", ""},
-      {"POSE", "sim time since the root sent what the module's poses rest on"},
-      {"FAULTS", "of its program, since the spy began to listen"},
-      {"CPU MEM", "of its process: share of a core, largest memory so far"},
-      {"LATE", "real time: ticks that were over before its answer came"},
-  };
-  Screen screen;
-  for (const auto& [what, text] : lines) {
-    const bool heading = *text == '\0';
-    screen.push_back({{FitCells(what, 13) + " ", heading ? Style::kHeading : Style::kKey}, {text}});
-  }
   return screen;
 }
 

@@ -82,11 +82,18 @@ class SpySession {
 
   /// Decodes the last message of the selected channel.
   void TakeFields() {
-    const Result<Json> last = table_.LastOf(watched_);
+    Result<MessageFields> last = table_.FieldsOfLast(watched_);
     last_bar_ = timer_.seconds();
     dirty_ = true;
-    problem_ = last ? "" : last.error().message;
-    if (last) fields_.Take(*last);
+    shown_ = {};
+    if (last) return fields_.Take(*std::move(last));
+    // What has no fields is shown as its bytes.
+    shown_.problem = last.error().message;
+    const std::vector<uint8_t>* bytes = table_.BytesOfLast(watched_);
+    if (bytes == nullptr) return;
+    shown_.size = bytes->size();
+    const size_t dumped = std::min(bytes->size(), ShownFields::kMostDumped);
+    shown_.bytes.assign(bytes->data(), bytes->data() + dumped);
   }
 
   /// Another channel was selected: its last message is there already.
@@ -123,6 +130,13 @@ class SpySession {
     Result<std::unique_ptr<bridge::Bus>> bus = bridge::OpenLcmBus(options.url);
     if (!bus) return tl::unexpected(bus.error());
     return std::make_shared<Commander::Way>(Commander::Way{std::move(*run), std::move(*bus)});
+  }
+
+  /// Whether the keys for commands act on the run that is shown.
+  [[nodiscard]] bool TakesCommands(const std::string& run) const {
+    if (options_.run.run.empty() && !options_.run.lcm_url.empty()) return false;
+    const Result<ControlledRun> found = FindControlled(options_.run.run);
+    return found && found->entry.name == run;
   }
 
   /// Gives a command; one at a time, so that each answer belongs to the last key.
@@ -178,6 +192,10 @@ class SpySession {
     const std::optional<double> named = run == nullptr ? std::nullopt : run->clock.speed();
     if (named != named_speed_) ui_.asked_speed.reset();
     named_speed_ = named;
+    if (run != nullptr && run->run != asked_run_) {
+      asked_run_ = run->run;
+      ui_.takes_commands = TakesCommands(run->run);
+    }
     last_look_ = timer_.seconds();
     // What was missed while nobody looked is not made up for.
     if (next_look_ <= last_look_) {
@@ -189,8 +207,8 @@ class SpySession {
   void Draw() {
     // The size is asked for each time, since the window may have changed.
     const auto [width, height] = terminal_.Size();
-    const ShownFields fields = {&fields_, problem_};
-    terminal_.Draw(DrawSpy(snapshot_, fields, &ui_, width, height));
+    shown_.history = &fields_;
+    terminal_.Draw(DrawSpy(snapshot_, shown_, &ui_, width, height));
     dirty_ = false;
   }
 
@@ -202,8 +220,9 @@ class SpySession {
   SpyUi ui_;
   SpySnapshot snapshot_;
   FieldHistory fields_;  ///< Of the channel that is watched.
-  std::string problem_;
+  ShownFields shown_;    ///< What else is known of its last message.
   std::string watched_;
+  std::string asked_run_;              ///< The run of which is known whether it takes commands.
   std::string given_;                  ///< The command that is under way; empty: none is.
   std::optional<double> given_speed_;  ///< The speed that it asks for, if it does.
   std::optional<double> named_speed_;  ///< The speed that CLOCK named last.

@@ -9,6 +9,7 @@
 #include "bridge/observe/process_state.h"
 #include "bridge/observe/run_clock.h"
 #include "tools/spy/arrival_stats.h"
+#include "tools/spy/run_names.h"
 
 namespace morphbus::tools {
 
@@ -36,6 +37,8 @@ struct ProcessRow : bridge::ProcessState {
   bool is_module = false;
   /// Sim time since the root sent what the module's poses rest on, seconds; absent without a pose.
   std::optional<double> pose_age_s;
+  /// `cpu` as its HEALTHs told it one after the other, oldest first; the last 60.
+  std::vector<double> cpu_history;
 };
 
 /// A run.
@@ -45,6 +48,7 @@ struct RunRow {
   /// Sim time a second of wall time over the last seconds; absent before the second CLOCK.
   std::optional<double> speed;
   double silent_s = 0.0;  ///< Since its last CLOCK.
+  RunNames names;         ///< By its description, if that was heard or is at hand.
 };
 
 /// Everything at one moment.

@@ -4,10 +4,13 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "tools/base/json.h"
 #include "tools/spy/channel_table.h"
+#include "tools/spy/description_table.h"
 #include "tools/spy/lcm_schema.h"
+#include "tools/spy/message_fields.h"
 #include "tools/spy/process_table.h"
 #include "tools/spy/spy_snapshot.h"
 
@@ -23,6 +26,11 @@ class SpyTable {
   SpyTable(const SpyTable&) = delete;
   SpyTable& operator=(const SpyTable&) = delete;
 
+  /// The serialized description of a run, by which its messages have names; those of INFO it takes
+  /// by itself. `now_ns` is on the clock of Take.
+  void KnowDescription(const std::string& description, int64_t now_ns) {
+    descriptions_.Know(description, now_ns);
+  }
   /// As in ChannelTable.
   void KnowKey(const std::string& run, const bridge::RunKey& key) { channels_.KnowKey(run, key); }
 
@@ -32,17 +40,29 @@ class SpyTable {
   /// What is known at `now_ns` on the clock of Take.
   [[nodiscard]] SpySnapshot Snapshot(int64_t now_ns) const;
 
-  /// The last message of a channel as an object, with the sentences of a STATUS's faults under
-  /// "text"; or why there is none.
+  /// The last message of a channel as an object, with hashes as hexadecimal texts and the sentences
+  /// of a STATUS's faults under "text"; or why there is none.
   [[nodiscard]] Result<Json> LastOf(const std::string& channel) const;
+  /// The same as fields for people, with the names that the run's description has.
+  [[nodiscard]] Result<MessageFields> FieldsOfLast(const std::string& channel) const;
+  /// The last message of a channel as its bytes; null if none is kept.
+  [[nodiscard]] const std::vector<uint8_t>* BytesOfLast(const std::string& channel) const {
+    return channels_.Last(channel);
+  }
   /// Keeps the last message of this channel, however long it is and however many others are kept;
   /// "" watches none.
   void Watch(const std::string& channel) { channels_.Watch(channel); }
 
  private:
+  /// The names of the run whose message this is.
+  [[nodiscard]] RunNames NamesOf(const bridge::RunMessage& message) const {
+    return descriptions_.NamesOf(message.name.run).Of(message.header.model_hash);
+  }
+
   LcmSchema schema_;
   ChannelTable channels_;
   ProcessTable processes_;
+  DescriptionTable descriptions_;
   int64_t begin_ns_ = -1;  ///< The first message; -1: none has come.
 };
 

@@ -2,7 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "compiler/base/text.h"
+#include "tools/spy/hex_dump.h"
+#include "tools/spy/list_tables.h"
+#include "tools/spy/spy_pages.h"
 #include "tools/spy/spy_view.h"
 
 namespace morphbus::tools {
@@ -68,8 +73,31 @@ Json RunJson(const RunRow& run) {
           {"silent_s", run.silent_s}};
 }
 
+/// The fields of a channel's last message, or its bytes and why they have none.
+Screen MessageLines(const SpyTable& table, const std::string& channel) {
+  FieldHistory fields;
+  ShownFields shown;
+  const std::vector<uint8_t>* bytes = table.BytesOfLast(channel);
+  if (Result<MessageFields> last = table.FieldsOfLast(channel)) {
+    fields.Take(*std::move(last));
+    shown.history = &fields;
+    // Text has no width of its own, so that nothing is cut.
+    constexpr int kWide = 1 << 16;
+    return FieldLines(shown, 0, FieldCount(shown), kWide);
+  } else {
+    constexpr int kWidth = 80;
+    Screen lines = {{{Visible(last.error().message)}}};
+    if (bytes == nullptr) return lines;
+    const size_t dumped = std::min(bytes->size(), ShownFields::kMostDumped);
+    const Screen dump = HexDump({bytes->data(), bytes->data() + dumped}, bytes->size(), kWidth);
+    lines.insert(lines.end(), dump.begin(), dump.end());
+    return lines;
+  }
+}
+
 /// The table as text.
-std::string TableText(const SpyTableText& table) {
+std::string TableText(SpyTableText table) {
+  table.DropDrawn();
   // Text has no width of its own, so that no column is cut.
   const std::vector<int> widths = TableWidths(table.columns, table.rows, -1);
   Screen lines = {TableHeading(table.columns, widths)};
@@ -129,7 +157,7 @@ std::string SpyText(const SpyTable& table, const SpySnapshot& spy, const Channel
   // The same tables as on the screen, as wide as they need to be.
   std::vector<const ChannelRow*> channels;
   for (const ChannelRow& row : spy.channels) channels.push_back(&row);
-  out += TableText(ChannelTableText(channels, nullptr));
+  out += TableText(ChannelTableText(channels, "", nullptr));
   if (channels.empty()) out += "(nothing heard yet)\n";
   std::vector<const ProcessRow*> processes;
   for (const ProcessRow& row : spy.processes) processes.push_back(&row);
@@ -139,14 +167,7 @@ std::string SpyText(const SpyTable& table, const SpySnapshot& spy, const Channel
   for (const ChannelRow* row : channels) {
     if (!selected(row->channel)) continue;
     any = true;
-    const Result<Json> last = table.LastOf(row->channel);
-    const std::string text = last ? JsonText(*last, 1) : last.error().message;
-    out += "\n" + Visible(row->channel) + ":\n";
-    // Line by line, since the ends of lines are control characters, too, and must stay.
-    for (size_t begin = 0, end = 0; begin < text.size(); begin = end + 1) {
-      end = std::min(text.find('\n', begin), text.size());
-      out += EscapeControl(text.substr(begin, end - begin)) + "\n";
-    }
+    out += "\n" + Visible(row->channel) + ":\n" + PlainText(MessageLines(table, row->channel));
   }
   // A channel that was asked for and said nothing would else be missing without a word.
   if (!any && !pattern.empty()) out += "\n" + pattern + ": nothing heard\n";

@@ -138,10 +138,7 @@ std::string CommandOf(const Key& key, const RunRow* run, const SpyUi& ui) {
   switch (key.character) {
     case 'p':
     case ' ':
-      // A run that holds still since before the spy came is paused, as far as one can see.
-      return run != nullptr && (run->clock.paused() || (run->silent_s > 2.0 && !run->clock.ended()))
-                 ? "resume"
-                 : "pause";
+      return run != nullptr && HoldsStill(*run) ? "resume" : "pause";
     case '.':
       return "step 1";
     case ',':
@@ -253,6 +250,20 @@ int SelectedProcess(const std::vector<const ProcessRow*>& rows, const SpyUi& ui)
   const auto found =
       std::ranges::find(rows, ui.process, [](const auto* row) { return ProcessKey(*row); });
   return found == rows.end() ? 0 : static_cast<int>(found - rows.begin());
+}
+
+std::string RunPrefix(const SpySnapshot& spy, const SpyUi& ui) {
+  const RunRow* run = ShownRun(spy, ui);
+  if (run == nullptr) return "";
+  std::string prefix = run->run + "/";
+  const bool alone = std::ranges::all_of(spy.channels, [&](const ChannelRow& row) {
+    return !row.ours || row.channel.starts_with(prefix);
+  });
+  return alone ? prefix : "";
+}
+
+bool HoldsStill(const RunRow& run) {
+  return run.clock.paused() || (run.silent_s > 2.0 && !run.clock.ended());
 }
 
 const RunRow* ShownRun(const SpySnapshot& spy, const SpyUi& ui) {

@@ -67,6 +67,8 @@ struct SpyUi {
   std::string run;
   /// The speed that the run has agreed to and CLOCK has not named yet: it is paused.
   std::optional<double> asked_speed;
+  /// Whether that run takes commands from here: a run of this machine on a bus.
+  bool takes_commands = false;
   bool quit = false;    ///< The user wants to leave.
   std::string message;  ///< What was said last, such as the answer to a command.
   bool failed = false;  ///< The message is an error.
@@ -82,12 +84,19 @@ std::vector<const ProcessRow*> ListedProcesses(const SpySnapshot& spy, const Spy
 /// "RUN/PROCESS".
 std::string ProcessKey(const ProcessRow& row);
 
+/// What all channels of runs begin with, "walk/", if that is the run that the screen is about and
+/// no other run is heard; else empty. Where the screen names the run once, its lists need not.
+std::string RunPrefix(const SpySnapshot& spy, const SpyUi& ui);
+
 /// The index of the selected channel or process among those; 0 if it is not among them.
 int SelectedChannel(const std::vector<const ChannelRow*>& rows, const SpyUi& ui);
 int SelectedProcess(const std::vector<const ProcessRow*>& rows, const SpyUi& ui);
 
 /// The run that the screen is about; null if there is none.
 const RunRow* ShownRun(const SpySnapshot& spy, const SpyUi& ui);
+
+/// Whether the run holds still, as far as one can see: by a command, or since before the spy came.
+bool HoldsStill(const RunRow& run);
 
 /// Obeys a key: changes what is shown. Returns the command that it gives to the run, as for
 /// `morphbus control`; empty for most.

@@ -5,27 +5,12 @@
 #include <algorithm>
 
 #include "compiler/base/text.h"
+#include "tools/spy/list_tables.h"
+#include "tools/spy/spy_help.h"
 #include "tools/spy/spy_pages.h"
 
 namespace morphbus::tools {
 namespace {
-
-/// LCM's name for the package of our types.
-constexpr std::string_view kOurPackage = "morphbus.";
-
-/// A count, shown as something wrong if there is any.
-TableCell Trouble(int64_t count) {
-  return {ShortCount(count), count > 0 ? Style::kBad : Style::kPlain};
-}
-
-/// The type of a channel: our own package goes without saying, an unknown type is its fingerprint.
-TableCell TypeCell(const ChannelRow& row) {
-  if (!row.type.empty()) {
-    const bool ours = row.type.starts_with(kOurPackage);
-    return {Visible(ours ? row.type.substr(kOurPackage.size()) : row.type)};
-  }
-  return {row.fingerprint == 0 ? "?" : "?" + Hex(row.fingerprint), Style::kDim};
-}
 
 /// The lines of the top: the run, and what there is in all.
 Screen HeadLines(const SpySnapshot& spy, const SpyUi& ui, int width) {
@@ -38,22 +23,24 @@ Screen HeadLines(const SpySnapshot& spy, const SpyUi& ui, int width) {
   } else {
     title.push_back({fmt::format("no run of Morphbus heard  {:.0f} s", spy.seconds)});
   }
-  // All channels together, also those that the filter hides.
+  // All channels together that the filter lets through.
+  const std::vector<const ChannelRow*> listed = ListedChannels(spy, ui);
   double hz = 0.0;
   double bytes = 0.0;
   int64_t lost = 0;
   int64_t undecodable = 0;
-  for (const ChannelRow& row : spy.channels) {
-    hz += row.arrivals.hz;
-    bytes += row.arrivals.bytes_per_s;
-    lost += row.lost;
-    undecodable += row.undecodable;
+  for (const ChannelRow* row : listed) {
+    hz += row->arrivals.hz;
+    bytes += row->arrivals.bytes_per_s;
+    lost += row->lost;
+    undecodable += row->undecodable;
   }
+  const std::string of = ui.filter.empty() ? "" : fmt::format("{} of ", listed.size());
   // What makes the figures look other than they are comes first: frozen, filtered.
   ScreenLine totals;
   if (ui.frozen) totals.push_back({"FROZEN (f goes on)  ", Style::kBad});
   if (!ui.filter.empty()) totals.push_back({fmt::format("filter '{}'  ", ui.filter), Style::kKey});
-  totals.push_back({fmt::format("{}  {} msg/s  {}B/s  ",
+  totals.push_back({fmt::format("{}{}  {} msg/s  {}B/s  ", of,
                                 Counted(static_cast<int64_t>(spy.channels.size()), "channel"),
                                 ShortRate(hz), ShortBytes(bytes))});
   totals.push_back({fmt::format("{} lost  ", lost), lost > 0 ? Style::kBad : Style::kPlain});
@@ -78,16 +65,17 @@ void ScrollTo(int selected, int count, int rows, int* top) {
 }
 
 /// A table of at most `height` lines, heading included, of which the row at `selected` is in sight;
-/// `focused` if keys move in it.
-void AddTable(SpyTableText table, int selected, bool focused, int width, int height, int* top,
-              Screen* screen) {
+/// `focused` if keys move in it. `count_is_known`: the lines above say how many rows there are.
+void AddTable(SpyTableText table, int selected, bool focused, bool count_is_known, int width,
+              int height, int* top, Screen* screen) {
   const int rows = height - 1;
   const int count = static_cast<int>(table.rows.size());
   ScrollTo(selected, count, rows, top);
   // Where not all can be seen, the heading says which, if there is room for it.
   constexpr int kRoomy = 40;
   if (count > rows && rows > 0 && width >= kRoomy) {
-    table.columns.front().title += fmt::format(" {}-{}/{}", *top + 1, *top + rows, count);
+    table.columns.front().title += fmt::format(" {}-{}{}", *top + 1, *top + rows,
+                                               count_is_known ? "" : fmt::format("/{}", count));
   }
   // A column is for the mark of the selected row.
   const std::vector<int> widths = TableWidths(table.columns, table.rows, width - 1);
@@ -125,8 +113,8 @@ void AddLists(const SpySnapshot& spy, SpyUi* ui, int width, int height, Screen* 
   const int above = height - below - gap;
   ui->list_rows = std::max(1, (ui->on_processes ? below : above) - 1);
   if (above > 0) {
-    AddTable(ChannelTableText(channels, ui), SelectedChannel(channels, *ui), !ui->on_processes,
-             width, above, &ui->channel_top, screen);
+    AddTable(ChannelTableText(channels, RunPrefix(spy, *ui), ui), SelectedChannel(channels, *ui),
+             !ui->on_processes, true, width, above, &ui->channel_top, screen);
     if (channels.empty()) {
       screen->push_back(
           {{spy.channels.empty() ? " nothing heard yet" : " no channel passes the filter",
@@ -137,11 +125,12 @@ void AddLists(const SpySnapshot& spy, SpyUi* ui, int width, int height, Screen* 
   // The modules stand at the same height however few channels there are.
   while (gap > 0 && static_cast<int>(screen->size()) < above + gap + 2) screen->emplace_back();
   AddTable(ProcessTableText(processes, spy.runs.size() > 1), SelectedProcess(processes, *ui),
-           ui->on_processes, width, below, &ui->process_top, screen);
+           ui->on_processes, false, width, below, &ui->process_top, screen);
 }
 
-/// The last line: what was said, what is typed, or which keys there are.
-ScreenLine FootLine(const SpyUi& ui, int width) {
+/// The last line: what was said, what is typed, or which keys do something. `scrolls` as in
+/// KeyHints.
+ScreenLine FootLine(const SpySnapshot& spy, const SpyUi& ui, bool scrolls, int width) {
   // What needs an answer now goes before what was said, and that before hints.
   if (ui.typing) {
     return {{"filter: ", Style::kKey},
@@ -149,21 +138,9 @@ ScreenLine FootLine(const SpyUi& ui, int width) {
             {"  Enter keeps it, Esc drops it", Style::kDim}};
   }
   if (!ui.message.empty()) return {{ui.message, ui.failed ? Style::kBad : Style::kGood}};
-  // Each page has its own keys; the most useful come first.
-  using Hint = std::pair<const char*, const char*>;
-  const std::vector<Hint> lists = {
-      {"?", "help"},      {"q", "quit"},  {"Enter", "open"}, {"/", "filter"}, {"s", "sort"},
-      {"Tab", "modules"}, {"p", "pause"}, {".", "step"},     {"+-", "speed"}, {"f", "freeze"}};
-  const std::vector<Hint> details = {{"?", "help"},     {"Esc", "back"}, {"]", "next"},
-                                     {"[", "previous"}, {"p", "pause"},  {".", "step"},
-                                     {"+-", "speed"},   {"f", "freeze"}};
-  const std::vector<Hint> help = {{"Esc", "back"}, {"j k", "scroll"}};
-  const std::vector<Hint>& hints = ui.page == SpyUi::Page::kLists  ? lists
-                                   : ui.page == SpyUi::Page::kHelp ? help
-                                                                   : details;
   ScreenLine line;
   int used = 0;
-  for (const auto& [key, what] : hints) {
+  for (const auto& [key, what] : KeyHints(spy, ui, scrolls)) {
     // A hint that does not fit whole is left out.
     const std::string text = fmt::format(" {}  ", what);
     used += Cells(key) + Cells(text);
@@ -174,70 +151,40 @@ ScreenLine FootLine(const SpyUi& ui, int width) {
   return line;
 }
 
-/// Adds the lines of a page that is scrolled as text, from `*top` on.
-void AddScrolled(const Screen& lines, int height, SpyUi* ui, int* top, Screen* screen) {
-  const int count = static_cast<int>(lines.size());
+/// Where a page of `count` lines is scrolled to if `height` of them can be seen.
+int ScrolledTo(int count, int height, SpyUi* ui, int* top) {
   *top = std::clamp(*top, 0, std::max(0, count - height));
   ui->list_rows = std::max(1, height);
-  for (int i = *top; i < std::min(count, *top + height); ++i) screen->push_back(lines[i]);
+  return *top;
+}
+
+/// Adds the lines of a page that is scrolled as text, from `*top` on. True if not all are in sight.
+bool AddScrolled(const Screen& lines, int height, SpyUi* ui, int* top, Screen* screen) {
+  const int count = static_cast<int>(lines.size());
+  const int first = ScrolledTo(count, height, ui, top);
+  for (int i = first; i < std::min(count, first + height); ++i) screen->push_back(lines[i]);
+  return count > height;
+}
+
+/// Adds a channel's page. What is fixed stands above what is scrolled: its fields, or its bytes if
+/// nobody knows them. True if not all of that is in sight.
+bool AddChannel(const SpySnapshot& spy, const ShownFields& fields, SpyUi* ui, int width, int height,
+                Screen* screen) {
+  const Screen head = ChannelHead(spy.Channel(ui->channel), ui->channel, fields, width);
+  screen->insert(screen->end(), head.begin(), head.end());
+  const int rest = std::max(0, height - static_cast<int>(head.size()));
+  if (!fields.problem.empty()) {
+    return AddScrolled(HexDump(fields.bytes, fields.size, width), rest, ui, &ui->field_top, screen);
+  }
+  // The first line in sight has its whole name, those below what is new in theirs.
+  const int count = FieldCount(fields);
+  const int first = ScrolledTo(count, rest, ui, &ui->field_top);
+  const Screen lines = FieldLines(fields, first, rest, width);
+  screen->insert(screen->end(), lines.begin(), lines.end());
+  return count > rest;
 }
 
 }  // namespace
-
-SpyTableText ChannelTableText(const std::vector<const ChannelRow*>& rows, const SpyUi* ui) {
-  SpyTableText table;
-  table.columns = {{"CHANNEL", 12, false, 0}, {"TYPE", 8, false, 6}, {"HZ", 6, true, 0},
-                   {"P50", 6, true, 4},       {"P99", 6, true, 7},   {"B/S", 6, true, 3},
-                   {"COUNT", 7, true, 5},     {"LOST", 5, true, 2},  {"UNDEC", 5, true, 1}};
-  // An arrow shows the column by which they are sorted; in the order of names there is none.
-  if (ui != nullptr && (ui->sort != SortBy::kName || ui->reverse)) {
-    const bool text = ui->sort == SortBy::kName || ui->sort == SortBy::kType;
-    table.columns[static_cast<size_t>(ui->sort)].title += text != ui->reverse ? "↑" : "↓";
-  }
-  for (const ChannelRow* row : rows) {
-    // A channel that has fallen silent is dim, and one without intervals has no jitter.
-    const ArrivalFigures& a = row->arrivals;
-    const bool known = a.intervals > 0;
-    const Style style = a.hz > 0 ? Style::kPlain : Style::kDim;
-    table.rows.push_back({{Visible(row->channel), style},
-                          TypeCell(*row),
-                          {ShortRate(a.hz), style},
-                          {known ? ShortTime(a.jitter_p50_s) : "-", style},
-                          {known ? ShortTime(a.jitter_p99_s) : "-", style},
-                          {ShortBytes(a.bytes_per_s), style},
-                          {ShortCount(row->messages), style},
-                          row->ours ? Trouble(row->lost) : TableCell{"-", Style::kDim},
-                          Trouble(row->undecodable)});
-  }
-  return table;
-}
-
-SpyTableText ProcessTableText(const std::vector<const ProcessRow*>& rows, bool several_runs) {
-  SpyTableText table;
-  table.columns = {{"MODULE", 6, false, 0}, {"ROLE", 10, false, 5}, {"POSE", 6, true, 1},
-                   {"FAULTS", 6, true, 2},  {"CPU", 5, true, 3},    {"MEM", 6, true, 4},
-                   {"LATE", 6, true, 6}};
-  for (const ProcessRow* row : rows) {
-    // The later lines know better: a process that is no module has no role to lack.
-    TableCell role = {"(no role)", Style::kBad};
-    if (!row->role().empty()) role = {Visible(row->role()), Style::kGood};
-    if (!row->status) role = {"?", Style::kDim};
-    if (!row->is_module) role = {row->process == "SIM" ? "simulator" : "logger", Style::kDim};
-    TableCell pose = {"-", Style::kDim};
-    if (row->pose_age_s) pose = {ShortTime(*row->pose_age_s), Style::kPlain};
-    if (row->pose_age_s && row->pose_stale) pose = {"stale", Style::kBad};
-    const int64_t missed = row->lateness ? row->lateness->missed : 0;
-    table.rows.push_back(
-        {{Visible(several_runs ? ProcessKey(*row) : row->process)},
-         role,
-         pose,
-         row->is_module ? Trouble(row->faults) : TableCell{"-", Style::kDim},
-         {row->cpu ? fmt::format("{:.1f}%", *row->cpu * 100) : "-"},
-         {row->health ? ShortBytes(static_cast<double>(row->health->max_rss_kb) * 1024) : "-"},
-         row->is_module ? Trouble(missed) : TableCell{"-", Style::kDim}});
-  }
-  return table;
-}
 
 ScreenLine RunLine(const RunRow& run) {
   // The last that holds is shown: a run that is paused is silent for a reason, one that ended for
@@ -265,31 +212,26 @@ Screen DrawSpy(const SpySnapshot& spy, const ShownFields& fields, SpyUi* ui, int
   height = std::max(1, height);
   Screen screen = HeadLines(spy, *ui, width);
   const int body = height - static_cast<int>(screen.size()) - 1;
+  bool scrolls = false;
   if (body > 0) {
     switch (ui->page) {
       case SpyUi::Page::kLists:
         AddLists(spy, ui, width, body, &screen);
         break;
-      case SpyUi::Page::kChannel: {
-        // What is fixed stands above what is scrolled.
-        const ChannelRow* row = spy.Channel(ui->channel);
-        const Screen head = ChannelHead(row, ui->channel, fields);
-        screen.insert(screen.end(), head.begin(), head.end());
-        const int rest = body - static_cast<int>(head.size());
-        AddScrolled(FieldLines(fields, width), std::max(0, rest), ui, &ui->field_top, &screen);
+      case SpyUi::Page::kChannel:
+        scrolls = AddChannel(spy, fields, ui, width, body, &screen);
         break;
-      }
       case SpyUi::Page::kProcess:
-        AddScrolled(ProcessLines(spy, *ui), body, ui, &ui->field_top, &screen);
+        scrolls = AddScrolled(ProcessLines(spy, *ui), body, ui, &ui->field_top, &screen);
         break;
       case SpyUi::Page::kHelp:
-        AddScrolled(HelpLines(), body, ui, &ui->help_top, &screen);
+        scrolls = AddScrolled(HelpLines(spy, *ui, width), body, ui, &ui->help_top, &screen);
         break;
     }
   }
   // Too few lines are filled up, too many cut, so that the last one is always the same.
   screen.resize(static_cast<size_t>(std::max(0, height - 1)));
-  screen.push_back(FootLine(*ui, width));
+  screen.push_back(FootLine(spy, *ui, scrolls, width));
   for (ScreenLine& line : screen) line = FitLine(line, width);
   return screen;
 }

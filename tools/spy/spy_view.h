@@ -1,6 +1,7 @@
 #pragma once
 // The spy's screen, laid out for a width and a height.
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -8,7 +9,6 @@
 #include "tools/spy/screen.h"
 #include "tools/spy/spy_snapshot.h"
 #include "tools/spy/spy_ui.h"
-#include "tools/spy/table_layout.h"
 
 namespace morphbus::tools {
 
@@ -16,17 +16,12 @@ namespace morphbus::tools {
 struct ShownFields {
   const FieldHistory* history = nullptr;  ///< Null before the channel's first message.
   std::string problem;                    ///< Why the last message could not be decoded.
-};
+  /// Then: the first bytes of it, kMostDumped at most, and how many it has.
+  std::vector<uint8_t> bytes = {};
+  size_t size = 0;
 
-/// A table: its columns, and a row for each channel or process.
-struct SpyTableText {
-  std::vector<TableColumn> columns;
-  std::vector<TableRow> rows;
+  static constexpr size_t kMostDumped = 4096;
 };
-/// The table of these channels; the titles show by which column `ui` sorts, if it is given.
-SpyTableText ChannelTableText(const std::vector<const ChannelRow*>& rows, const SpyUi* ui);
-/// The table of these processes; with the run's name before each if there are several runs.
-SpyTableText ProcessTableText(const std::vector<const ProcessRow*>& rows, bool several_runs);
 
 /// The line about a run: its name, whether it runs, sim time, speed, tick.
 ScreenLine RunLine(const RunRow& run);

@@ -11,7 +11,7 @@ std::vector<int> TableWidths(const std::vector<TableColumn>& columns,
   std::vector<int> needs, widths;
   for (const TableColumn& column : columns) {
     widths.push_back(std::max(column.least, Cells(column.title)));
-    needs.push_back(widths.back());
+    needs.push_back(std::max(widths.back(), column.roomy));
   }
   for (const TableRow& row : rows) {
     for (size_t i = 0; i < row.size(); ++i) needs[i] = std::max(needs[i], Cells(row[i].text));
@@ -48,14 +48,15 @@ ScreenLine TableLine(const std::vector<TableColumn>& columns, const std::vector<
     if (widths[i] == 0) continue;
     const Style style = selected ? Style::kSelected : row[i].style;
     if (!line.empty()) line.push_back({" ", selected ? Style::kSelected : Style::kPlain});
-    line.push_back({FitCells(row[i].text, widths[i], columns[i].right), style});
+    const std::string text = row[i].draw ? row[i].draw(widths[i]) : row[i].text;
+    line.push_back({FitCells(text, widths[i], columns[i].right), style});
   }
   return line;
 }
 
 ScreenLine TableHeading(const std::vector<TableColumn>& columns, const std::vector<int>& widths) {
   TableRow titles;
-  for (const TableColumn& column : columns) titles.push_back({column.title, Style::kHeading});
+  for (const TableColumn& column : columns) titles.push_back({column.title, Style::kHeading, {}});
   ScreenLine line = TableLine(columns, widths, titles, false);
   // The blanks between titles belong to the heading as well.
   for (Span& span : line) span.style = Style::kHeading;

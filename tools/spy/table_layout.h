@@ -1,6 +1,7 @@
 #pragma once
 // Tables that fit a width: which columns are shown, and how wide.
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -15,12 +16,16 @@ struct TableColumn {
   bool right = false;  ///< Numbers stand at its right end.
   /// Where the table is too narrow, the column with the highest goes first; 0 stays.
   int drop = 0;
+  /// Cells that it takes if they are there, for what is drawn (TableCell::draw).
+  int roomy = 0;
 };
 
 /// A value of a table, already safe to show.
 struct TableCell {
   std::string text;
   Style style = Style::kPlain;
+  /// Makes the text for so many cells, instead of `text`: of meters and sparklines.
+  std::function<std::string(int)> draw = {};
 };
 using TableRow = std::vector<TableCell>;
 

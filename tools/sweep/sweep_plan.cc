@@ -10,6 +10,7 @@
 #include "bridge/wire/stream_hash.h"
 #include "compiler/base/text.h"
 #include "compiler/m3l/compile.h"
+#include "compiler/model/model_proto.h"
 #include "tools/base/variants_text.h"
 #include "tools/base/work_progress.h"
 #include "tools/sweep/sampling.h"
@@ -66,7 +67,8 @@ std::string KeyOf(const proto::RunDescription& description) {
   inputs.clear_world_hash();
   inputs.clear_build();
   inputs.clear_arithmetic();
-  // The model has what was set of it.
+  // The model has what was set of it; how its links look changes no run.
+  inputs.set_model(model::WithoutLooks(inputs.model()));
   inputs.clear_attributes();
   // The message has no maps, so that equal ones have equal bytes.
   return bridge::BytesHash(inputs.SerializeAsString());

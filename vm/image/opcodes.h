@@ -156,7 +156,9 @@ inline constexpr OpcodeText kOpcodeTexts[kNumOpcodes] = {
 /// The row of an opcode.
 constexpr const OpcodeInfo& InfoOf(Opcode op) { return kOpcodes[static_cast<int>(op)]; }
 /// Whether every build of the virtual machine has the instruction, also that of the small profile.
-constexpr bool IsInEveryProfile(Opcode op) { return op < Opcode::kExp; }
+constexpr bool IsInEveryProfile(Opcode op) {
+  return op < Opcode::kExp || (op >= Opcode::kLoadLocalElement && op <= Opcode::kStoreFieldElement);
+}
 
 /// A comparison and a jump as one instruction.
 struct JoinedJump {

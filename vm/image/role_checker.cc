@@ -55,7 +55,7 @@ bool RoleChecker::CheckRecord(int index, uint32_t* at) {
 // The first value of a field is a constant, whose table has been checked; a text is no value.
 bool RoleChecker::CheckFields(const RoleInfo& role, uint32_t* at) {
   // All shared fields travel in one message.
-  int shared = 0, traced = 0;
+  int shared = 0, traced = 0, kept = 0;
   for (int i = 0; i < role.num_fields; ++i, *at += image::kFieldBytes) {
     const int constant = ReadU16(bytes_ + *at) & image::kFieldConstantMask;
     if (constant >= program_.num_constants() ||
@@ -71,7 +71,9 @@ bool RoleChecker::CheckFields(const RoleInfo& role, uint32_t* at) {
     }
     if (role.fields.shared(i)) ++shared;
     if (role.fields.traced(i)) ++traced;
+    if (role.fields.kept(i)) ++kept;
   }
+  if (kept > kMaxKeptFields) return error_.Fail("too many kept fields", *at);
   if (traced > kMaxTracedFields) return error_.Fail("too many traced fields", *at);
   return shared <= kMaxSharedFields || error_.Fail("too many shared fields", *at);
 }

@@ -117,11 +117,13 @@ uint32_t ModuleServices::ConnectedRole(Direction d, int role) {
 int ModuleServices::CountModules(uint32_t connector_mask) {
   // A module docked on several connectors counts once.
   int count = 0;
-  for (uint32_t left = connector_mask; left != 0; left &= ~FirstModule(left)) ++count;
+  uint32_t left = connector_mask & OwnConnectors();
+  for (; left != 0; left &= ~FirstModule(left)) ++count;
   return count;
 }
 
 uint32_t ModuleServices::FirstModule(uint32_t connector_mask) {
+  connector_mask &= OwnConnectors();
   if (connector_mask == 0) return 0;
   const auto module_at = [this](int c) { return context_.state.neighbours[c].sensor.mate_module; };
   const int first = __builtin_ctz(connector_mask);

@@ -88,6 +88,10 @@ class ModuleServices final : public ProgramHost {
   [[nodiscard]] bool Moves(int joint) const;
   /// True for a number of one of the type's connectors.
   [[nodiscard]] bool Exists(int connector) const;
+  /// A mask of the connectors of the module's type.
+  [[nodiscard]] uint32_t OwnConnectors() const {
+    return (uint32_t{1} << context_.kinematics.num_connectors()) - 1;
+  }
   /// Whether the module at a connector has told the shared fields of a role.
   [[nodiscard]] bool HasTold(int connector, int role) const;
   /// kNone if the joint can move as asked, by degrees (rotary) or by millimetres; else the fault.

@@ -276,6 +276,34 @@ void ReportAmbiguity(Context& context, const Choice& choice) {
                    .line = static_cast<uint16_t>(context.program.LineOfRole(choice.role))});
 }
 
+/// What a neighbour shares under another program, until it tells.
+void CarryShared(const VerifiedProgram& old, const VerifiedProgram& next,
+                 NeighbourRecord* neighbour) {
+  // It goes over as well, with the new program's first values, but for what is kept.
+  const int was_role = neighbour->shared_role;
+  neighbour->shared_role = neighbour->role;
+  if (neighbour->role < 0) return;
+  Cell told[kMaxSharedFields];
+  const RoleInfo its_role = next.role(neighbour->role);
+  int place = 0;
+  for (int i = 0; i < its_role.num_fields; ++i) {
+    if (!its_role.fields.shared(i)) continue;
+    told[place] = its_role.fields[i];
+    if (kHoldsAllInstructions && was_role >= 0 && its_role.fields.kept(i)) {
+      const RoleInfo was = old.role(was_role);
+      for (int k = 0, before = 0; k < was.num_fields; ++k) {
+        if (!was.fields.shared(k)) continue;
+        const bool same = was.fields.kept(k) && was.fields.type(k) == its_role.fields.type(i) &&
+                          NameOfKept(old, was, k) == NameOfKept(next, its_role, i);
+        if (same) told[place] = neighbour->shared[before];
+        ++before;
+      }
+    }
+    ++place;
+  }
+  for (int i = 0; i < place; ++i) neighbour->shared[i] = told[i];
+}
+
 }  // namespace
 
 void RememberKept(Context& context) {
@@ -305,7 +333,7 @@ RoleCheck CheckRole(Context& context, ModuleServices& services, int role, bool r
       return check;
     }
   }
-  // Requirements and labels see the fields as the role would begin with, not those of a role held.
+  // Requirements and labels see the first values of the fields, not those of a role held or kept.
   FirstFields fields(info);
   const RoleContext as_role{role, fields.values, check.labels};
   const auto evaluate = [&](int function) {
@@ -393,15 +421,7 @@ void CarryOver(Context& context, const VerifiedProgram& next) {
   role = next_role;
   for (NeighbourRecord& neighbour : context.state.neighbours) {
     if (neighbour.role >= 0) neighbour.role = change.renamed[neighbour.role];
-    // It goes over as well, with the new program's first values.
-    neighbour.shared_role = neighbour.role;
-    if (neighbour.role < 0) continue;
-    const RoleInfo its_role = next.role(neighbour.role);
-    int told = 0;
-    for (int i = 0; i < its_role.num_fields; ++i) {
-      if (!its_role.fields.shared(i)) continue;
-      neighbour.shared[told++] = its_role.fields[i];
-    }
+    CarryShared(old, next, &neighbour);
   }
 }
 

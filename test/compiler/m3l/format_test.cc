@@ -47,6 +47,17 @@ TEST(Format, SpacesTokensAlike) {
             "frame=(m1.l.(axis: origin=(0, 0, 0)))\n");
 }
 
+TEST(Format, GivesPartsOfAShapeALineEachWhereOneIsTooShort) {
+  EXPECT_EQ(FormatText("module M:\nlink l: hull=box(size=(1,1,1))+sphere(radius=1),mass=1\n"),
+            "module M:\nlink l: hull=box(size=(1, 1, 1)) + sphere(radius=1), mass=1\n");
+  EXPECT_EQ(FormatText("module M:\nlink l: mass=1, visual=box(size=(1,1,1))+sphere(radius=1,colour="
+                       "\"#102030\")+mesh(\"a.stl\",colour=\"#102030\")\n"),
+            "module M:\n"
+            "link l: mass=1, visual=box(size=(1, 1, 1))\n"
+            "        + sphere(radius=1, colour=\"#102030\")\n"
+            "        + mesh(\"a.stl\", colour=\"#102030\")\n");
+}
+
 TEST(Format, BreaksLongStatementsAtPartsAndAligns) {
   EXPECT_EQ(FormatText("point c1: (point _1: coords=(-1,1,1)) (point _2: coords=(-2,0,1)) (point "
                        "_3: coords=(-1,-1,1)) coords=(-1,0,1), connector, gender=\"male\"\n"),

@@ -6,9 +6,19 @@ import descriptors from '../schemas/monitor.bin';
 const CASES: Record<string, MockSource[]> = {
   none: [],
   live: [{ name: 'walk', kind: 'live', robot: 'row', modules: 5 }],
+  late: [
+    { name: 'walk-past', kind: 'log', robot: 'row', modules: 3, seconds: 4, pastOf: 'walk' },
+    { name: 'walk', kind: 'live', robot: 'row', modules: 3 },
+  ],
+  cut: [
+    {
+      ...{ name: 'torn', kind: 'log', robot: 'row', modules: 3, seconds: 15.18 },
+      damage: { cut: true, time_us: 15_180_000, what: 'an event has no end' },
+    },
+  ],
   two: [
     { name: 'first', kind: 'log', robot: 'row', modules: 4, seconds: 20 },
-    { name: 'second', kind: 'log', robot: 'other_row', modules: 4, seconds: 20, astray: 0.004 },
+    { name: 'second', kind: 'log', robot: 'other_row', modules: 4, seconds: 20, astray: 0.004, mirrored: true },
   ],
 };
 

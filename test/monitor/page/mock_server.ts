@@ -5,6 +5,7 @@
 import { create, createFileRegistry, fromBinary, toBinary, type DescMessage } from '@bufbuild/protobuf';
 import { FileDescriptorSetSchema } from '@bufbuild/protobuf/wkt';
 import type { Socket } from '../src/protocol/connection.ts';
+import { MockClient } from './mock_client.ts';
 
 /** Length of a control tick, microseconds. */
 export const TICK_US = 20000;
@@ -18,6 +19,12 @@ export interface MockSource {
   seconds?: number;
   /** By how far this robot's links lie east of where they should, metres: what a comparison is to find. */
   astray?: number;
+  /** Its joints are mounted the other way round: values and conventions have the opposite sign. */
+  mirrored?: boolean;
+  /** Of a log: where its file is wrong. */
+  damage?: { cut: boolean; time_us: number; what: string };
+  /** It is the past of that live run. */
+  pastOf?: string;
 }
 
 interface Topic {
@@ -36,7 +43,14 @@ const TOPICS: Topic[] = [
   { name: 'joints', schema: 'morphbus.Joints', latched: false },
   { name: 'faults', schema: 'morphbus.Fault', latched: false },
   { name: 'channels', schema: 'morphbus.Channels', latched: false },
+  { name: 'tf_propagated', schema: 'foxglove.FrameTransforms', latched: false },
+  { name: 'forces', schema: 'morphbus.Forces', latched: false },
+  { name: 'traces', schema: 'morphbus.Traces', latched: false },
 ];
+
+/** What the mock tells of two runs, and the number of the channel on which it does. */
+const PAIRS: Topic = { name: 'pairs', schema: 'morphbus.Pairs', latched: true };
+const PAIRS_ID = 9000;
 
 /** One run of the mock: a row of modules of two cubes each, whose second cube swings and which walks north. */
 class MockRun {
@@ -45,6 +59,10 @@ class MockRun {
   program = 1n;
   /** Commands that the next CLOCK names. */
   readonly said: string[] = [];
+  /** Up to which tick somebody pushes m1 east. */
+  pushedUntil = -1;
+  /** A module that the run goes on without; the others then have no role. */
+  lost = '';
   constructor(readonly source: MockSource) {}
 
   role(module: number): string {
@@ -57,6 +75,15 @@ class MockRun {
 
   angle(module: number, time: number): number {
     return 0.6 * Math.sin(2 * Math.PI * 0.5 * time + module);
+  }
+
+  /** The convention of a module's joint. */
+  sign(index: number): number {
+    return (index % 2 ? -1 : 1) * (this.source.mirrored ? -1 : 1);
+  }
+
+  services(): string[] {
+    return [...(this.source.kind === 'log' ? ['playback'] : ['control', 'deploy']), 'missing_roles', 'explain_role'];
   }
 }
 
@@ -116,6 +143,13 @@ export class MockServer {
     this.publish(run, 'faults', run.tick, { timestamp: stamp(run.tick), ...fault }, this.clients);
   }
 
+  /** The run goes on without a module. */
+  lose(name: string, module: string): void {
+    const run = this.run(name);
+    run.lost = module;
+    this.sendLatched(run, 'modules', run.tick, this.clients);
+  }
+
   run(name: string): MockRun {
     const run = this.runs.find((r) => r.source.name === name);
     if (!run) throw new Error(`the mock has no run ${name}`);
@@ -128,7 +162,7 @@ export class MockServer {
       kind: source.kind,
       robot: source.robot,
       ...(source.kind === 'log'
-        ? { file: `${source.name}.log`, begin_us: 0, end_us: (source.seconds ?? 0) * 1e6 }
+        ? { file: `${source.name}.log`, begin_us: 0, end_us: (source.seconds ?? 0) * 1e6, damage: source.damage ?? null, past_of: source.pastOf ?? '' }
         : {}),
     }));
     const channels = this.runs.flatMap((run, r) =>
@@ -141,8 +175,17 @@ export class MockServer {
         schemaEncoding: 'protobuf',
       })),
     );
+    if (this.runs.filter(({ source }) => !source.pastOf).length > 1)
+      channels.push({
+        id: PAIRS_ID,
+        topic: `/${PAIRS.name}`,
+        encoding: 'protobuf',
+        schemaName: PAIRS.schema,
+        schema: this.schema,
+        schemaEncoding: 'protobuf',
+      });
     const services = this.runs.flatMap((run, r) =>
-      (run.source.kind === 'log' ? ['playback'] : ['control', 'deploy']).map((name, i) => ({
+      run.services().map((name, i) => ({
         id: 100 * r + i,
         name: `/${run.source.name}/${name}`,
         type: name,
@@ -163,6 +206,7 @@ export class MockServer {
 
   /** What a new subscriber gets at once. */
   latch(client: MockClient, channelId: number): void {
+    if (channelId === PAIRS_ID) return this.send(PAIRS.schema, PAIRS_ID, 0, this.pairs(), [client]);
     const run = this.runs[Math.floor(channelId / 100)];
     const topic = TOPICS[channelId % 100];
     if (topic.latched && (run.tick >= 0 || topic.name !== 'modules'))
@@ -172,8 +216,18 @@ export class MockServer {
   /** Does what a service is asked for. Throws a sentence if it refuses. */
   serve(client: MockClient, serviceId: number, request: any): unknown {
     const run = this.runs[Math.floor(serviceId / 100)];
-    const service = run.source.kind === 'log' ? 'playback' : ['control', 'deploy'][serviceId % 100];
+    const service = run.services()[serviceId % 100];
     this.calls.push({ service: `/${run.source.name}/${service}`, request });
+    if (service === 'missing_roles') return this.missingRoles(run, request);
+    if (service === 'explain_role')
+      return {
+        time_us: request.time_us,
+        ...{ module: request.module, role: request.role, line: 1, fits: true, lacks: '' },
+        parts: [
+          { label: 'foot', line: 1, holds: true, finding: 'is tip' },
+          { label: '', line: 2, holds: true, finding: 'holds, measured 2 against 2' },
+        ],
+      };
     if (service === 'playback') return this.play(run, client, request);
     if (!this.control) throw new Error('This client gave no token.');
     if (service === 'deploy') {
@@ -186,10 +240,50 @@ export class MockServer {
     if (words[0] === 'pause' || words[0] === 'resume') run.paused = words[0] === 'pause';
     else if (words[0] === 'step') this.step(run, Number(words[1] ?? 1));
     else if (words[0] === 'set') run.said.push(`${words.join(' ')} 0123456789abcdef --at 9`);
-    else if (words[0] !== 'push' && words[0] !== 'speed') throw new Error(`There is no command "${words[0]}".`);
+    else if (words[0] === 'push') run.pushedUntil = run.tick + 10;
+    else if (words[0] !== 'speed') throw new Error(`There is no command "${words[0]}".`);
     this.tellPaused(run);
     const answer = { tick: run.tick + 1, command: request.command };
     return words[0] === 'set' ? { ...answer, switch_seconds: 9 } : answer;
+  }
+
+  private missingRoles(run: MockRun, request: any): unknown {
+    const without = run.lost ? run.names().filter((module) => module !== run.lost) : [];
+    const lines = (module: string) => [
+      { text: `not Head: this requirement fails, measured 1 against 2`, line: 1 },
+      { text: `not ${run.role(Number(module.slice(1)))}: its type has no wheel`, line: 2 },
+    ];
+    return {
+      time_us: request.time_us ?? run.tick * TICK_US,
+      modules: Object.fromEntries(without.map((module) => [module, lines(module)])),
+    };
+  }
+
+  /** The first modules of both robots belong together, and so on. */
+  private pairs(): Init {
+    const [a, b] = this.runs;
+    const span = (sign: number): Init => ({ sinceUs: BigInt(TICK_US), sign });
+    return {
+      modules: a.names().map((module, i) => ({
+        role: a.role(i + 1),
+        moduleA: module,
+        moduleB: module,
+        links: [
+          { label: '', labelled: false, linkA: 'base', linkB: 'base' },
+          { label: 'foot', labelled: true, linkA: 'tip', linkB: 'tip' },
+        ],
+        joints: [
+          {
+            label: 'ankle',
+            labelled: true,
+            jointA: 'joint_1',
+            jointB: 'joint_1',
+            signsA: [span(a.sign(i))],
+            signsB: [span(b.sign(i))],
+          },
+        ],
+      })),
+    };
   }
 
   private step(run: MockRun, ticks: number): void {
@@ -230,14 +324,19 @@ export class MockServer {
     );
     const transforms = run.names().flatMap((module, i) => this.transforms(run, module, i, time));
     this.publish(run, 'tf', tick, { transforms }, clients);
+    this.publish(run, 'tf_propagated', tick, { transforms: this.propagated(run, transforms) }, clients);
+    this.publish(run, 'forces', tick, this.forces(run, tick), clients);
+    // m2's program traces a field.
+    const traced = [{ name: 'phase', value: 3 * tick }];
+    this.publish(run, 'traces', tick, { timestamp: stamp(tick), module: 'm2', role: 'Leg2', fields: traced }, clients);
     const joints = run.names().map((module, i) => ({
       module,
       joint: 'joint_1',
-      position: run.angle(i, time),
+      position: run.angle(i, time) * (run.source.mirrored ? -1 : 1),
       velocity: 0.1 * i,
       effort: 0.5 * i,
       target: 0.5,
-      sign: i % 2 ? -1 : 1,
+      sign: run.sign(i),
     }));
     this.publish(run, 'joints', tick, { timestamp: stamp(tick), tick: BigInt(tick), joints }, clients);
     if (tick % 50 === 0) {
@@ -250,6 +349,7 @@ export class MockServer {
         lost: 0n,
         bad: 0n,
       }));
+      channels.push({ ...channels[0], channel: `${run.source.name}/INFO`, type: 'info_part_t', messages: tick ? 1n : 0n });
       this.publish(run, 'channels', tick, { timestamp: stamp(tick), channels }, clients);
     }
   }
@@ -274,6 +374,31 @@ export class MockServer {
         { x: 0, y: 0, z: Math.sin(half), w: Math.cos(half) },
       ),
     ];
+  }
+
+  /** The modules believe that they are 3 cm higher than they are. */
+  private propagated(run: MockRun, transforms: Init[]): Init[] {
+    const { name } = run.source;
+    const rotation = { x: 0, y: 0, z: 0, w: 1 };
+    const robot = { parentFrameId: `${name}/world`, childFrameId: `${name}/robot`, translation: { x: 0, y: 0.03, z: 0 }, rotation };
+    return [
+      robot,
+      ...transforms.map((t: any) => ({
+        ...t,
+        parentFrameId: `${name}/robot`,
+        childFrameId: t.childFrameId.replace(name, `${name}/propagated`),
+      })),
+    ];
+  }
+
+  /** The ground bears every module, and m1 is pushed for a while. */
+  private forces(run: MockRun, tick: number): Init {
+    return {
+      timestamp: stamp(tick),
+      tick: BigInt(tick),
+      contacts: run.names().map((module) => ({ module, link: 'base', north: 0.4, up: 8, east: 0 })),
+      pushes: tick <= run.pushedUntil ? [{ module: 'm1', link: 'tip', north: 0, up: 0, east: 15 }] : [],
+    };
   }
 
   private sendLatched(run: MockRun, topic: string, tick: number, clients: MockClient[]): void {
@@ -311,17 +436,19 @@ export class MockServer {
             id: `${name}/${m}/${link}`,
             frameId: `${name}/${m}/${link}`,
             frameLocked: true,
-            triangles: [cube(0.03)],
+            // The base has a part of a colour of its own.
+            triangles: link === 'base' ? [cube(0.03), { ...cube(0.01), color: { r: 1, g: 0.5, b: 0, a: 1 } }] : [cube(0.03)],
+            metadata: link === 'base' ? [{ key: 'own_colors', value: '1' }] : [],
           })),
         ).concat([
-          { id: `${name}/obstacles/block`, frameId: `${name}/world`, frameLocked: true, triangles: [cube(0.1)] },
+          { id: `${name}/obstacles/block`, frameId: `${name}/world`, frameLocked: true, triangles: [cube(0.1)], metadata: [] },
         ]),
       },
       modules: {
         timestamp: stamp(tick),
         modules: run.names().map((module, i) => ({
           module,
-          role: run.role(i + 1),
+          role: run.lost && module !== run.lost ? '' : run.role(i + 1),
           hasPose: true,
           incarnation: 1,
           programHash: run.program,
@@ -329,7 +456,8 @@ export class MockServer {
             { name: 'foot', part: { case: 'link', value: 'tip' } },
             { name: 'ankle', part: { case: 'joint', value: 'joint_1' } },
           ],
-          signs: [{ joint: 'joint_1', sign: i % 2 ? -1 : 1 }],
+          signs: [{ joint: 'joint_1', sign: run.sign(i) }],
+          lost: module === run.lost,
           tasks: [{ kind: 'behavior', function: `${run.role(i + 1)}.gait`, line: 3 }],
           endedBehaviors: i,
         })),
@@ -347,85 +475,13 @@ export class MockServer {
 
   private publish(run: MockRun, topic: string, tick: number, message: Init, clients: MockClient[]): void {
     const index = TOPICS.findIndex((t) => t.name === topic);
-    const type = this.registry.getMessage(TOPICS[index].schema) as DescMessage;
+    this.send(TOPICS[index].schema, 100 * this.runs.indexOf(run) + index, tick, message, clients);
+  }
+
+  private send(schema: string, channel: number, tick: number, message: Init, clients: MockClient[]): void {
+    const type = this.registry.getMessage(schema) as DescMessage;
     const payload = toBinary(type, create(type, message));
-    for (const client of clients)
-      client.sendMessage(100 * this.runs.indexOf(run) + index, BigInt(tick) * BigInt(TICK_US) * 1000n, payload);
-  }
-}
-
-/** The client's end of a connection to the mock. */
-class MockClient implements Socket {
-  binaryType = '';
-  onopen: (() => void) | null = null;
-  onclose: ((event: { code: number; reason: string }) => void) | null = null;
-  onmessage: ((event: { data: unknown }) => void) | null = null;
-  private readonly subscriptions = new Map<number, number>();
-  private closed = false;
-
-  constructor(private readonly server: MockServer) {}
-
-  greet(): void {
-    this.onopen?.();
-    for (const text of this.server.greeting()) this.onmessage?.({ data: text });
-  }
-
-  sendText(message: unknown): void {
-    if (!this.closed) this.onmessage?.({ data: JSON.stringify(message) });
-  }
-
-  sendMessage(channelId: number, nanoseconds: bigint, payload: Uint8Array): void {
-    const subscription = this.subscriptions.get(channelId);
-    if (subscription === undefined || this.closed) return;
-    const frame = new Uint8Array(13 + payload.length);
-    const view = new DataView(frame.buffer);
-    view.setUint8(0, 1);
-    view.setUint32(1, subscription, true);
-    view.setBigUint64(5, nanoseconds, true);
-    frame.set(payload, 13);
-    this.onmessage?.({ data: frame.buffer });
-  }
-
-  send(data: string | ArrayBufferView<ArrayBuffer>): void {
-    if (typeof data === 'string') {
-      const message = JSON.parse(data);
-      for (const { id, channelId } of message.op === 'subscribe' ? message.subscriptions : []) {
-        this.subscriptions.set(channelId, id);
-        this.server.latch(this, channelId);
-      }
-      return;
-    }
-    const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
-    const [serviceId, callId, size] = [view.getUint32(1, true), view.getUint32(5, true), view.getUint32(9, true)];
-    const request = JSON.parse(new TextDecoder().decode(new Uint8Array(data.buffer, data.byteOffset + 13 + size)));
-    queueMicrotask(() => this.answer(serviceId, callId, request));
-  }
-
-  close(): void {
-    if (this.closed) return;
-    this.closed = true;
-    this.server.forget(this);
-    this.onclose?.({ code: 1006, reason: '' });
-  }
-
-  private answer(serviceId: number, callId: number, request: unknown): void {
-    let answer: unknown;
-    try {
-      answer = this.server.serve(this, serviceId, request);
-    } catch (error) {
-      this.sendText({ op: 'serviceCallFailure', serviceId, callId, message: (error as Error).message });
-      return;
-    }
-    if (this.closed) return;
-    const payload = new TextEncoder().encode(`json${JSON.stringify(answer)}`);
-    const frame = new Uint8Array(13 + payload.length);
-    const view = new DataView(frame.buffer);
-    view.setUint8(0, 3);
-    view.setUint32(1, serviceId, true);
-    view.setUint32(5, callId, true);
-    view.setUint32(9, 4, true);
-    frame.set(payload, 13);
-    this.onmessage?.({ data: frame.buffer });
+    for (const client of clients) client.sendMessage(channel, BigInt(tick) * BigInt(TICK_US) * 1000n, payload);
   }
 }
 

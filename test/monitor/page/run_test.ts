@@ -164,9 +164,17 @@ test('keys have one name each', () => {
 });
 
 test('fields are found by parts of their names', () => {
-  const field = (column: string) => ({ id: column, run: 'walk', table: 'poses', column, unit: 'm' });
-  assert.deepEqual(
-    matchFields([field('m1/foot.x'), field('m2/foot.y')], 'FOOT m2').map((f) => f.column),
-    ['m2/foot.y'],
-  );
+  const field = (column: string) => ({
+    id: column,
+    run: 'walk',
+    table: 'poses',
+    column,
+    unit: 'm',
+    name: column,
+    words: `walk poses ${column}`,
+  });
+  const found = (query: string, ...columns: string[]) => matchFields(columns.map(field), query).map((f) => f.column);
+  assert.deepEqual(found('FOOT m2', 'm1/foot.x', 'm2/foot.y'), ['m2/foot.y']);
+  // What has the words as they are stands before what only has them within others.
+  assert.deepEqual(found('foot y', 'm1/body_foot.x', 'm1/foot.y'), ['m1/foot.y', 'm1/body_foot.x']);
 });

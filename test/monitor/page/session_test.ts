@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { fieldsOf, seriesOf } from '../src/model/fields.ts';
-import { endedText } from '../src/model/run.ts';
+import { endedText } from '../src/model/run_data.ts';
 import { Session } from '../src/model/session.ts';
 import { parseFrame } from '../src/protocol/messages.ts';
 import { MockServer, type MockSource } from './mock_server.ts';
@@ -41,6 +41,11 @@ test('a live run is taken up: links, shapes, roles, signs, joints', async () => 
   assert.equal(run.poses.length, 100);
   assert.equal(run.links.length, 6);
   assert.equal(run.shapes.get('m1/tip')?.indices?.length, 36);
+  assert.equal(run.shapes.get('m1/tip')?.ownColours, null);
+  // Of two cubes of eight corners the second one keeps its colour.
+  const own = run.shapes.get('m1/base')?.ownColours;
+  assert.equal(own?.length, 2 * 8 * 4);
+  assert.deepEqual([...(own?.slice(28, 36) ?? [])], [0, 0, 0, 0, 1, 0.5, 0, 1]);
   assert.deepEqual([...run.obstacles.keys()], ['walk/obstacles/block']);
   assert.equal(run.obstacles.get('walk/obstacles/block')?.indices?.length, 36);
   const state = run.stateAt('m2', 1);
@@ -59,7 +64,16 @@ test('a live run is taken up: links, shapes, roles, signs, joints', async () => 
   assert.equal(endedText({ ...state, endedBehaviors: 0 }), '');
   const X = run.pose(run.linkIndex('m2/base'), 50);
   [0.05, 0.04, 0.09].forEach((value, i) => assert.ok(Math.abs((X?.p[i] ?? NaN) - value) < 1e-12));
-  assert.equal(run.channels[0].rate, 50);
+  assert.deepEqual(
+    [0.98, 1, 1.98].map((time) => run.channelsAt(time).map(({ messages, rate }) => [messages, rate])[0]),
+    // Counted every second; before that nothing had been told.
+    [undefined, [50, 50], [50, 50]],
+  );
+  // What was said once has no rate.
+  assert.deepEqual(
+    run.channelsAt(1).filter((c) => c.messages === 1).map(({ name, rate }) => [name, rate]),
+    [['walk/INFO', NaN]],
+  );
   assert.deepEqual(session.range(), { begin: 0, end: 1.98, ended: false });
 });
 
@@ -84,6 +98,10 @@ test('every number can be plotted, angles of links too', async () => {
   const effort = seriesOf(run.tables.get('joints'), 'm2.joint_1 effort');
   assert.equal(effort?.unit, 'N m');
   assert.equal(effort?.series.value(30), 0.5);
+  // What a program traces, in every tick, under the module's role.
+  const traced = fieldsOf(run).find((field) => field.id === 'walk|traces m2|phase');
+  assert.equal(traced?.name, 'Leg2 (m2) phase');
+  assert.equal(seriesOf(run.tables.get('traces m2'), 'phase')?.series.value(30), 90);
   // The tip turns about the axis east by the joint's angle.
   const pitch = seriesOf(run.tables.get('poses'), 'm2/tip.pitch');
   assert.ok(Math.abs(Math.abs(pitch?.series.value(30) ?? NaN) - Math.abs(joint?.series.value(30) ?? NaN)) < 1e-9);

@@ -1,6 +1,7 @@
 /** The page: puts its parts together and keeps them up to date. */
 
-import type { ModuleState, Run, SourcePlace } from './model/run.ts';
+import type { Run } from './model/run.ts';
+import type { ModuleState, SourcePlace } from './model/run_data.ts';
 import { Session } from './model/session.ts';
 import { ViewClock } from './model/view_clock.ts';
 import type { Surroundings } from './protocol/connection.ts';
@@ -8,10 +9,13 @@ import { ChannelsPanel } from './ui/channels_panel.ts';
 import { ComparePanel } from './ui/compare_panel.ts';
 import { ControlPanel } from './ui/control_panel.ts';
 import type { Context, Selection } from './ui/context.ts';
-import { button, element } from './ui/dom.ts';
+import { element } from './ui/dom.ts';
 import { FaultsPanel } from './ui/faults_panel.ts';
+import { hashOf, layoutIn, type Layout } from './ui/layout.ts';
+import { LayoutDialog } from './ui/layout_dialog.ts';
 import { HeaderBar } from './ui/header_bar.ts';
 import { HelpDialog } from './ui/help_dialog.ts';
+import { Inspector } from './ui/inspector.ts';
 import { listenForKeys } from './ui/keyboard.ts';
 import { PlotsPanel } from './ui/plots_panel.ts';
 import { RolesPanel } from './ui/roles_panel.ts';
@@ -29,8 +33,9 @@ const TIMELINE_INTERVAL = 100;
 const LIST_INTERVAL = 200;
 /** Of so many frames one draws the plots anew, where that is not more often than they need. */
 const PLOT_EVERY = 3;
-/** How long a note stays, milliseconds. */
-const TOAST_TIME = 6000;
+
+/** So long after its modules have taken their roles a log is shown at first, seconds. */
+const OPEN_AFTER = 2;
 
 /** A notice of the server in the words of this page. */
 function noticeText(text: string): string {
@@ -53,11 +58,16 @@ export class App implements Context {
   readonly control: ControlPanel;
   private readonly timeline: Timeline;
   private readonly tabs = new Tabs();
+  private readonly inspector: Inspector;
   private readonly header: HeaderBar;
   private readonly help = new HelpDialog();
+  private readonly layouts: LayoutDialog;
   private readonly source = new SourceDialog();
+  /** What the page's address asks for, until there are runs to show it of. */
+  private asked: Layout | null = layoutIn(location.hash);
+  /** Whether a log is still to be shown where there is something to see. */
+  private opening = false;
   private readonly theme: ThemeSwitch;
-  private readonly toasts = element('div', { class: 'toasts', role: 'status', 'aria-live': 'polite' });
   /** The time from one frame to the next, milliseconds: a mean of the last ones. */
   private frameTime = 0;
   private lastFrame = 0;
@@ -77,6 +87,13 @@ export class App implements Context {
       this,
       () => this.theme.toggle(),
       () => this.help.open(),
+      () => this.layouts.open(),
+    );
+    this.layouts = new LayoutDialog(
+      () => this.layout(),
+      (layout) => this.restore(layout),
+      () => location.href,
+      (text) => this.tell(text),
     );
     this.tabs.add('roles', 'Roles', new RolesPanel(this));
     this.tabs.add('faults', 'Faults', new FaultsPanel(this));
@@ -87,11 +104,12 @@ export class App implements Context {
       'Compare',
       new ComparePanel(this, (columns) => this.plots.add(columns.map((c) => `|difference|${c}`))),
     );
+    this.inspector = new Inspector(this, (fields) => this.plots.add(fields));
+    this.tabs.element.append(this.inspector.element);
     root.append(
       this.header.element,
       element('main', {}, this.scene.element, this.plots.element, this.tabs.element),
       this.timeline.element,
-      this.toasts,
     );
     this.theme = new ThemeSwitch((dark) => {
       this.scene.view?.setTheme(dark);
@@ -99,7 +117,7 @@ export class App implements Context {
     });
     this.session.onRuns = () => this.resetRuns();
     this.session.onConnection = () => this.header.update();
-    this.session.onNotice = (notice) => this.toast(noticeText(notice.text), notice.level > 0 ? 'error' : 'info');
+    this.session.onNotice = (notice) => this.tell(noticeText(notice.text), notice.level > 0 ? 'error' : 'info');
     this.listenForKeys();
     this.resetRuns();
   }
@@ -119,6 +137,7 @@ export class App implements Context {
     if (this.scene.view) this.scene.view.selected = selection;
     this.scene.view?.touch();
     this.tabs.update();
+    this.inspector.update();
   }
 
   seek(time: number): void {
@@ -132,13 +151,15 @@ export class App implements Context {
     if (run.description.programText && place.line) {
       this.source.open(place.file || run.description.program, run.description.programText, place.line);
     } else {
-      this.toast(
+      this.tell(
         `The text of ${place.file || 'the program'} is not known here; the line is ${place.line || 'unknown'}.`,
       );
     }
   }
 
   colourOf(run: Run, module: string): string {
+    // What does nothing any more shall not look like what does.
+    if (run.isLost(module, this.time)) return UNKNOWN;
     if (this.scene.view?.options.colourBy === 'module') return moduleColour(run, module);
     return this.roleColour(run.stateAt(module, this.time));
   }
@@ -161,16 +182,8 @@ export class App implements Context {
     return (state && (this.colourOfRole(state.role) ?? state.color)) || UNKNOWN;
   }
 
-  toast(text: string, kind: 'info' | 'error' = 'info'): void {
-    const note = element(
-      'div',
-      { class: `toast ${kind}` },
-      element('span', {}, text),
-      button('Close', () => note.remove(), { class: 'small', 'aria-label': 'Close this note' }),
-    );
-    this.toasts.append(note);
-    while (this.toasts.children.length > 3) this.toasts.firstElementChild?.remove();
-    setTimeout(() => note.remove(), TOAST_TIME);
+  tell(text: string, kind: 'info' | 'error' = 'info'): void {
+    this.header.tell(text, kind);
   }
 
   private resetRuns(): void {
@@ -178,13 +191,56 @@ export class App implements Context {
     this.selected = null;
     this.seenFaults = 0;
     this.clock.follow();
-    // A log is shown from its beginning, and waits for the user.
-    if (runs.length && runs.every((run) => run.kind === 'log'))
+    // A log waits for the user.
+    if (runs.length && runs.every((run) => run.kind === 'log')) {
       this.clock.seek(Math.min(...runs.map((run) => run.logBegin)));
+      this.opening = true;
+    }
     this.tabs.setVisible('compare', runs.length > 1);
     this.scene.reset();
-    this.plots.reset();
+    this.plots.resetRuns();
     this.header.update();
+    if (runs.length && this.asked) {
+      this.restore(this.asked);
+      this.asked = null;
+    }
+  }
+
+  /** What the page shows. */
+  private layout(): Layout {
+    const { selected, clock, time } = this;
+    return {
+      time: clock.mode === 'follow' || Number.isNaN(time) ? undefined : time,
+      selected: selected ? { letter: selected.run.letter, module: selected.module } : undefined,
+      tab: this.tabs.chosen,
+      ...this.plots.layout,
+      ...this.scene.layout,
+    };
+  }
+
+  private restore(layout: Layout): void {
+    this.scene.restore(layout);
+    if (layout.window !== undefined) this.plots.setLength(layout.window);
+    if (layout.plots) this.plots.restore(layout.plots);
+    if (layout.tab) this.tabs.show(layout.tab);
+    const { selected } = layout;
+    const run = selected && this.session.runs.find((r) => r.letter === selected.letter);
+    if (run && selected) this.select({ run, module: selected.module });
+    if (layout.time === undefined) return;
+    this.opening = false;
+    this.clock.seek(layout.time);
+  }
+
+  /** A log opens a little after its modules have their roles, once that is known: before, nothing moves. */
+  private openLog(): void {
+    const { session, clock } = this;
+    if (!this.opening || session.runs.some((run) => session.loaded(run) < 1)) return;
+    this.opening = false;
+    const { begin, end } = session.range();
+    // Whoever has already looked for himself is left where he is.
+    if (clock.mode !== 'hold' || clock.time > begin + 1e-6) return;
+    const settled = session.runs.map((run) => run.settledTime()).filter((t) => !Number.isNaN(t));
+    clock.seek(Math.min(end, (settled.length ? Math.max(...settled) : begin) + OPEN_AFTER));
   }
 
   private frame(now: number): void {
@@ -217,16 +273,23 @@ export class App implements Context {
   }
 
   private updateLists(): void {
+    this.openLog();
+    if (this.session.runs.length && !this.asked) {
+      const hash = `#${hashOf(this.layout())}`;
+      if (hash !== location.hash) history.replaceState(null, '', hash);
+    }
     this.session.provide(this.time);
     this.tabs.update();
+    this.inspector.update();
     this.scene.update();
     this.header.update();
     const faults = this.session.runs.reduce((n, run) => n + run.faults.total, 0);
-    this.tabs.setBadge('faults', faults ? String(faults) : '');
+    const shown = this.session.runs.reduce((n, run) => n + run.numFaultsAt(this.time), 0);
+    this.tabs.setBadge('faults', shown ? String(shown) : '');
     // Of several at once only the last is told.
     if (faults > this.seenFaults && this.session.runs.some((run) => run.kind === 'live')) {
       const last = this.session.runs.flatMap((run) => run.faults.list).reduce((a, b) => (b.time >= a.time ? b : a));
-      this.toast(`${last.module}: ${last.text || last.name}`, 'error');
+      this.tell(`${last.module}: ${last.text || last.name}`, 'error');
     }
     this.seenFaults = faults;
   }
@@ -248,12 +311,18 @@ export class App implements Context {
       f: () => scene.toggle('follow'),
       x: () => scene.toggle('frames'),
       t: () => scene.toggle('trails'),
+      o: () => scene.toggle('forces'),
+      v: () => scene.toggle('propagated'),
       n: () => scene.toggle('names'),
       g: () => scene.toggle('ground'),
       c: () => scene.toggleColour(),
       b: () => scene.toggleLayout(),
       r: () => scene.view?.reframe(),
+      l: () => this.layouts.open(),
       d: () => this.theme.toggle(),
+      '+': () => this.plots.zoomStep(1),
+      '-': () => this.plots.zoomStep(-1),
+      '0': () => this.plots.reset(),
       p: () => this.plots.element.querySelector<HTMLButtonElement>('[data-action=add-plot]')?.click(),
       '?': () => this.help.open(),
       Escape: () => this.select(null),

@@ -10,25 +10,27 @@ import {
   type Pose,
   type Vector,
 } from './pose.ts';
-import type { NamedTable, Run } from './run.ts';
+import type { Pair } from './pairs.ts';
+import type { Run } from './run.ts';
+import type { NamedTable } from './run_data.ts';
 import { Table } from './table.ts';
 
-/** Two links that bear the same label of the same role. */
-export interface Pair {
-  /** "Role.label". */
-  name: string;
-  linkA: string;
-  linkB: string;
-}
-
-/** A pair with what it looked like at the reference time. */
-interface Matched extends Pair {
+/** A pair of links with what it looked like at the reference time. */
+interface Matched extends LinkPair {
+  /** Their indices in the runs. */
   a: number;
   b: number;
   X_WA0: Pose;
   X_WB0: Pose;
   /** The point of link B that lay at the origin of link A then, in B. */
   p_B: Vector;
+}
+
+/** Two links that answer to each other, "module/link". */
+interface LinkPair {
+  name: string;
+  linkA: string;
+  linkB: string;
 }
 
 /** The links with labels that a run has now: by "Role.label" all that bear it. */
@@ -47,30 +49,6 @@ export function labelledLinks(run: Run): Map<string, string[]> {
 }
 
 /**
- * The pairs of labelled links of two runs. Among several links of one label, those that lie nearest to each other at the
- * reference rows belong together.
- */
-export function pairLinks(a: Run, b: Run, rowA: number, rowB: number): Pair[] {
-  const ofB = labelledLinks(b);
-  const pairs: Pair[] = [];
-  for (const [name, linksA] of labelledLinks(a)) {
-    const free = [...(ofB.get(name) ?? [])];
-    for (const linkA of linksA) {
-      if (!free.length) break;
-      const pa = a.pose(a.linkIndex(linkA), rowA);
-      const cost = (link: string): number => {
-        const pb = b.pose(b.linkIndex(link), rowB);
-        return pa && pb ? distance(pa.p, pb.p) : Infinity;
-      };
-      const nearest = free.reduce((best, link) => (cost(link) < cost(best) ? link : best));
-      free.splice(free.indexOf(nearest), 1);
-      pairs.push({ name: linksA.length > 1 ? `${name} (${linkA.split('/')[0]})` : name, linkA, linkB: nearest });
-    }
-  }
-  return pairs;
-}
-
-/**
  * The table of differences of two runs, which grows with them.
  *
  * Two congruent robots may have their link frames at different places of the same piece of metal. So positions are those
@@ -79,6 +57,7 @@ export function pairLinks(a: Run, b: Run, rowA: number, rowB: number): Pair[] {
  */
 export class Difference implements NamedTable {
   readonly table = new Table(30000);
+  private linkPairs: LinkPair[] = [];
   private pairs: Matched[] = [];
   private key = '';
   private nextTime = -Infinity;
@@ -89,6 +68,23 @@ export class Difference implements NamedTable {
     readonly a: Run,
     readonly b: Run,
   ) {}
+
+  /** Takes up who answers to whom; links with labels are compared. */
+  setPairs(pairs: readonly Pair[]): void {
+    this.linkPairs = pairs
+      .filter((pair) => pair.kind === 'link' && pair.labelled)
+      .map(({ name, moduleA, partA, moduleB, partB }) => ({
+        name,
+        linkA: `${moduleA}/${partA}`,
+        linkB: `${moduleB}/${partB}`,
+      }));
+    this.key = '';
+  }
+
+  /** The point of B's link that lay at the origin of A's at the reference time, in B; null before it is known. */
+  pointInB(linkA: string): Vector | null {
+    return this.pairs.find((pair) => pair.linkA === linkA)?.p_B ?? null;
+  }
 
   unit(column: string): string {
     return column.endsWith('rotation') ? 'rad' : 'm';
@@ -135,7 +131,7 @@ export class Difference implements NamedTable {
   }
 
   private match(begin: number): void {
-    const key = `${this.a.stateVersion} ${this.b.stateVersion} ${this.a.structureVersion} ${this.b.structureVersion}`;
+    const key = `${this.a.structureVersion} ${this.b.structureVersion}`;
     if (key === this.key && this.reference <= this.a.poses.endTime) return;
     this.key = key;
     const reference = Number.isNaN(this.reference) || begin < this.reference ? begin : this.reference;
@@ -144,7 +140,7 @@ export class Difference implements NamedTable {
     const rowA = Math.max(0, this.a.poses.rowAt(Math.max(reference, begin)));
     const rowB = Math.max(0, this.b.poses.rowAt(Math.max(reference, begin)));
     const pairs: Matched[] = [];
-    for (const pair of pairLinks(this.a, this.b, rowA, rowB)) {
+    for (const pair of this.linkPairs) {
       const old = reference === this.reference ? known.get(`${pair.name} ${pair.linkA} ${pair.linkB}`) : undefined;
       if (old) {
         pairs.push(old);

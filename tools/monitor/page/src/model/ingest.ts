@@ -2,7 +2,9 @@
 
 import { toNumber, toSeconds, type Decoded } from '../protocol/decoder.ts';
 import type { Pose } from './pose.ts';
-import type { Fault, Label, ModuleState, Run, SourcePlace } from './run.ts';
+import type { Run } from './run.ts';
+import { FORCE_AXES, MAX_REPORTS, POSE_COLUMNS, type Fault, type Label, type ModuleState, type SourcePlace } from './run_data.ts';
+import type { Table } from './table.ts';
 
 /** Topics that the page does not need, since others hold the same. */
 export const UNNEEDED_TOPICS = ['joint_states', 'log'];
@@ -28,13 +30,16 @@ const TAKERS = new Map(
     // These two have a time of their own, that of what happened.
     faults: (run, _, message) => run.takeFault({ ...(message as Fault), time: toSeconds(message.timestamp) }),
     prints: (run, _, message) => run.addEvent(toSeconds(message.timestamp), message.text, message as SourcePlace),
+    traces: takeTraces,
     channels: takeChannels,
     health: takeHealth,
+    forces: takeForces,
   }),
 );
 
 /** Takes up one message. `name`: of the topic below its source; `time`: its sim time, seconds. */
 export function takeMessage(run: Run, name: string, time: number, message: Decoded): void {
+  run.newest.set(name, { time, message });
   TAKERS.get(name)?.(run, time, message);
 }
 
@@ -66,14 +71,20 @@ function takeScene(run: Run, _: number, message: Decoded): void {
     // All triangles of the entity in one list of points.
     const points: number[] = [];
     const indices: number[] = [];
-    for (const list of entity.triangles) {
+    const own = new Set((entity.metadata.find((m: any) => m.key === 'own_colors')?.value ?? '').split(' '));
+    const colours: number[] = [];
+    for (const [number, list] of entity.triangles.entries()) {
       const base = points.length / 3;
+      const c = list.color;
+      const colour = own.has(String(number)) ? [c.r, c.g, c.b, 1] : [0, 0, 0, 0];
+      for (let i = 0; i < list.points.length; i++) colours.push(...colour);
       for (const p of list.points) points.push(p.x, p.y, p.z);
       if (list.indices.length) for (const i of list.indices) indices.push(base + i);
       else for (let i = 0; i < list.points.length; i++) indices.push(base + i);
     }
     if (!points.length) continue;
-    const shape = { positions: new Float32Array(points), indices: new Uint32Array(indices) };
+    const ownColours = colours.some((c) => c) ? new Float32Array(colours) : null;
+    const shape = { positions: new Float32Array(points), indices: new Uint32Array(indices), ownColours };
     if (obstacle) run.obstacles.set(obstacle, shape);
     else if (link) run.shapes.set(link, shape);
   }
@@ -102,15 +113,40 @@ function takeTransforms(run: Run, time: number, message: Decoded): void {
   if (poses.length) run.takePoses(time, poses);
 }
 
+function setPose(table: Table, prefix: string, { p, q }: Pose): void {
+  const values = [...p, ...q];
+  POSE_COLUMNS.forEach((name, i) => table.set(table.column(`${prefix}${name}`), values[i]));
+}
+
+/** Poses in R, and R's own in W. */
 function takePropagated(run: Run, time: number, message: Decoded): void {
-  const table = run.addTable('propagated', () => 'm', 64 * 3);
+  const unit = (column: string): string => (/(^|\.)q/.test(column) ? '' : 'm');
+  const table = run.addTable('propagated', unit, message.transforms.length * POSE_COLUMNS.length);
   table.row(time);
   const prefix = `${run.name}/propagated/`;
   for (const transform of message.transforms) {
-    if (!transform.childFrameId.startsWith(prefix)) continue;
-    const link = transform.childFrameId.slice(prefix.length);
-    const t = transform.translation;
-    if (t) for (const axis of ['x', 'y', 'z'] as const) table.set(table.column(`${link}.${axis}`), t[axis]);
+    const frame = transform.childFrameId;
+    if (frame.startsWith(prefix)) setPose(table, `${frame.slice(prefix.length)}.`, poseOf(transform));
+    if (frame !== `${run.name}/robot`) continue;
+    const robot = run.addTable('robot frame', unit, POSE_COLUMNS.length);
+    robot.row(time);
+    setPose(robot, '', poseOf(transform));
+  }
+}
+
+/** A link that nothing pushes any more is pushed by 0 N. */
+function takeForces(run: Run, time: number, message: Decoded): void {
+  for (const name of ['contacts', 'pushes']) {
+    const table = run.addTable(name, () => 'N', 200);
+    table.row(time);
+    for (let column = 0; column < table.columnNames.length; column++) table.set(column, 0);
+    for (const force of message[name]) {
+      for (const axis of FORCE_AXES) {
+        const column = table.column(`${force.module}/${force.link}.${axis}`);
+        // Several may push one link.
+        table.set(column, (table.value(column, table.length - 1) || 0) + force[axis]);
+      }
+    }
   }
 }
 
@@ -180,37 +216,41 @@ function takeConnections(run: Run, time: number, message: Decoded): void {
   const now: string[] = message.connections.map(
     (c: any) => `${c.moduleA}.${c.connectorA} – ${c.moduleB}.${c.connectorB}`,
   );
-  const before = run.connections;
-  if (before.length) {
-    for (const connection of before) if (!now.includes(connection)) run.addEvent(time, `taken off: ${connection}`);
-    for (const connection of now) if (!before.includes(connection)) run.addEvent(time, `connected: ${connection}`);
-  }
-  run.connections = now;
+  const before = run.connections.at(-1)?.list;
+  if (before?.join() === now.join()) return;
+  for (const connection of before ?? []) if (!now.includes(connection)) run.addEvent(time, `taken off: ${connection}`);
+  for (const connection of before ? now : []) if (!before?.includes(connection)) run.addEvent(time, `connected: ${connection}`);
+  run.connections.push({ time, list: now });
+  if (run.connections.length > MAX_REPORTS) run.connections.shift();
 }
 
 function takeChannels(run: Run, time: number, message: Decoded): void {
-  run.channels = message.channels.map((c: any) => ({
-    name: c.channel,
-    type: c.type,
-    messages: toNumber(c.messages),
-    rate: c.hz,
-    bytesPerSecond: c.bytesPerS,
-    lost: toNumber(c.lost),
-    bad: toNumber(c.bad),
-  }));
-  run.reportVersion++;
   const unit = (column: string): string =>
     column.endsWith(' rate') ? 'Hz' : column.endsWith(' bandwidth') ? 'B/s' : '';
-  const table = run.addTable('channels', unit, run.channels.length * 3);
+  const table = run.addTable('channels', unit, message.channels.length * 5);
   table.row(time);
-  for (const c of run.channels) {
-    table.set(table.column(`${c.name} rate`), c.rate);
-    table.set(table.column(`${c.name} bandwidth`), c.bytesPerSecond);
-    table.set(table.column(`${c.name} lost`), c.lost);
+  for (const c of message.channels) {
+    run.channelTypes.set(c.channel, c.type);
+    const messages = toNumber(c.messages);
+    const set = (quantity: string, value: number): void => table.set(table.column(`${c.channel} ${quantity}`), value);
+    set('count', messages);
+    // What was said once has no rate.
+    set('rate', messages > 1 ? c.hz : NaN);
+    set('bandwidth', messages > 1 ? c.bytesPerS : NaN);
+    set('lost', toNumber(c.lost));
+    set('bad', toNumber(c.bad));
   }
+  run.reportVersion++;
 }
 
 /** Ledgers come process by process, about once a second: each has a table of its own. */
+/** Values of the fields that a module's program traces: a table a module, as one may tell later than another. */
+function takeTraces(run: Run, _: number, message: Decoded): void {
+  const table = run.addTable(`traces ${message.module}`, () => '', message.fields.length);
+  table.row(toSeconds(message.timestamp));
+  for (const field of message.fields) table.set(table.column(field.name), field.value);
+}
+
 function takeHealth(run: Run, time: number, message: Decoded): void {
   const unit = (column: string): string =>
     column === 'cpu' ? 's' : column === 'memory' ? 'kB' : column.endsWith('worst') ? 's' : '';

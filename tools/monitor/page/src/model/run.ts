@@ -2,196 +2,35 @@
 
 import { Table } from './table.ts';
 import { compose, IDENTITY, type Pose } from './pose.ts';
+import {
+  type ChannelRow,
+  type Description,
+  type Fault,
+  FORCE_AXES,
+  MAX_REPORTS,
+  type ModuleState,
+  type NamedTable,
+  POSE_COLUMNS,
+  type ProcessHealth,
+  Reports,
+  type RunClock,
+  type RunEvent,
+  type Shape,
+  type SourcePlace,
+} from './run_data.ts';
 
 /** How much of a run's past is kept, seconds of sim time, if the memory below allows it. */
 const HISTORY_SECONDS = 600;
 /** Bytes that a table may take. */
 const TABLE_BYTES = 64e6;
-/** Reports that are kept of each kind; older ones are only counted. */
-const MAX_REPORTS = 1000;
 
-export interface JointInfo {
-  name: string;
-  /** "revolute" or "prismatic": radians or metres. */
-  type: string;
+/** The pose whose columns begin at `column`, in a row; null if it is not there. */
+function poseIn(table: Table, column: number, row: number): Pose | null {
+  if (row < 0 || row >= table.length || column < 0) return null;
+  const v = (i: number): number => table.value(column + i, row);
+  if (Number.isNaN(v(0))) return null;
+  return { p: [v(0), v(1), v(2)], q: [v(3), v(4), v(5), v(6)] };
 }
-
-export interface ModuleInfo {
-  name: string;
-  type: string;
-  links: string[];
-  joints: JointInfo[];
-  /** "#rrggbb", as in all pictures. */
-  color: string;
-}
-
-/** A role, with what people may invoke. */
-export interface RoleInfo {
-  name: string;
-  /** "#rrggbb", as in all pictures. */
-  color: string;
-  /** With the types of their parameters: "int", "float", "bool". */
-  commands: { name: string; parameterTypes: string[] }[];
-}
-
-/** A number of the program whose value a run may choose. */
-export interface ParameterInfo {
-  /** "Leg.swing" for one that stands in a role. */
-  name: string;
-  isInt: boolean;
-  /** As far as the page has heard: the run's first value, or what it was set to since. */
-  value: number;
-  /** Both ends of its range are allowed. */
-  least: number;
-  most: number;
-}
-
-/** What a run is of; parts that the server does not know are empty. */
-export interface Description {
-  robot: string;
-  program: string;
-  /** The program's text; empty if the server does not have it. */
-  programText: string;
-  /** Length of a control tick, seconds. */
-  tick: number;
-  modules: ModuleInfo[];
-  roles: RoleInfo[];
-  parameters: ParameterInfo[];
-}
-
-/** A label that a role has resolved on its module. */
-export interface Label {
-  name: string;
-  kind: 'joint' | 'link';
-  /** Name of the joint or link. */
-  target: string;
-  /** The joint's kinematic convention: +1 or -1 to the actuator's own sign, 0 without one. */
-  sign: number;
-}
-
-/** What a module reported of itself. */
-export interface ModuleState {
-  module: string;
-  role: string;
-  /** That of its role, "#rrggbb"; grey without one. */
-  color: string;
-  labels: Label[];
-  /** Conventions of all joints that have one. */
-  signs: { joint: string; sign: number }[];
-  tasks: { kind: string; function: string; line: number }[];
-  /** Behaviors of the role that a fault has ended, and whether a startup of it has ended so. */
-  endedBehaviors: number;
-  startupEnded: boolean;
-  hasPose: boolean;
-  poseStale: boolean;
-  frozen: boolean;
-  /** The run goes on without it. */
-  lost: boolean;
-  /** Hash of the program that it runs, in hexadecimal. */
-  program: string;
-  incarnation: number;
-}
-
-/** What faults have ended of a module's program, in words; empty if nothing. */
-export function endedText(state: ModuleState): string {
-  const n = state.endedBehaviors;
-  return [
-    ...(state.startupEnded ? ['startup has ended by a fault, so nothing of the role starts'] : []),
-    ...(n ? [`${n} ${n === 1 ? 'behavior has' : 'behaviors have'} ended by a fault`] : []),
-  ].join(', ');
-}
-
-export interface Fault {
-  time: number;
-  module: string;
-  role: string;
-  /** Its kind. */
-  name: string;
-  text: string;
-  file: string;
-  line: number;
-  /** The text of that line; empty if the server does not have the source. */
-  sourceLine: string;
-  function: string;
-}
-
-/** A module's program said something here. */
-export interface SourcePlace {
-  module: string;
-  file: string;
-  line: number;
-}
-
-export interface ChannelRow {
-  name: string;
-  type: string;
-  messages: number;
-  rate: number;
-  bytesPerSecond: number;
-  lost: number;
-  bad: number;
-}
-
-export interface RunClock {
-  tick: number;
-  /** Sim time of that tick, seconds. */
-  time: number;
-  /** Whether the run holds still; of a log, whether the server's playback does. */
-  paused: boolean;
-  /** Times real time, as it was set; 0: as fast as possible; NaN if the server does not say. */
-  speed: number;
-  ended: boolean;
-  endReason: string;
-}
-
-export interface ProcessHealth {
-  /** Processor time used so far, seconds. */
-  cpu: number;
-  memoryKb: number;
-  /** The first message that the process refused; empty if none. */
-  refused: string;
-}
-
-/** A link's shape in its own frame: triangles as indices into points. */
-export interface Shape {
-  positions: Float32Array;
-  indices: Uint32Array | null;
-}
-
-/** Something that was done to the run or to which it came, for the time line. */
-export interface RunEvent {
-  time: number;
-  text: string;
-  /** Of what a program printed. */
-  place?: SourcePlace;
-}
-
-/** A list of reports that forgets the oldest ones but not how many there were. */
-export class Reports<T> {
-  readonly list: T[] = [];
-  total = 0;
-
-  push(report: T): void {
-    this.list.push(report);
-    this.total++;
-    if (this.list.length > MAX_REPORTS) this.list.shift();
-  }
-
-  clear(): void {
-    this.list.length = 0;
-    this.total = 0;
-  }
-}
-
-/** What a table of a run holds, besides the numbers. */
-export interface NamedTable {
-  table: Table;
-  /** The unit of a column, by its name. */
-  unit(column: string): string;
-}
-
-/** Columns of a link in the table of poses, in this order. */
-export const POSE_COLUMNS = ['x', 'y', 'z', 'qw', 'qx', 'qy', 'qz'] as const;
 
 export class Run {
   readonly description: Description = {
@@ -216,9 +55,14 @@ export class Run {
   readonly clock: RunClock = { tick: -1, time: NaN, paused: false, speed: NaN, ended: false, endReason: '' };
   /** The log's file; empty for a live run. */
   file = '';
-  channels: ChannelRow[] = [];
-  /** Mated connectors as "m1.c2 – m2.c5". */
-  connections: string[] = [];
+  /** Where the log's file is wrong first, seconds, and what is; `cut`: its end is missing. Null if it is whole. */
+  damage: { cut: boolean; time: number; what: string } | null = null;
+  /** Types of the channels that were heard of. */
+  readonly channelTypes = new Map<string, string>();
+  /** Mated connectors, each "m1.c2 – m2.c5", and since when, in order of time. */
+  readonly connections: { time: number; list: string[] }[] = [];
+  /** The newest message of each topic, as it was decoded, with its sim time in seconds. */
+  readonly newest = new Map<string, { time: number; message: Record<string, unknown> }>();
   /** The last ledger of each process. */
   readonly health = new Map<string, ProcessHealth>();
   /** Where the robot frame R lies in the world, for a run that has no simulated world. */
@@ -230,6 +74,8 @@ export class Run {
   structureVersion = 0;
   stateVersion = 0;
   reportVersion = 0;
+  private names: string[] = [];
+  private namesKey = '';
   private readonly states = new Map<string, { time: number; state: ModuleState }[]>();
 
   /**
@@ -280,12 +126,31 @@ export class Run {
 
   /** The pose of a link in a row of `poses`; null if it is not in it. */
   pose(link: number, row: number): Pose | null {
-    if (row < 0 || row >= this.poses.length || link < 0) return null;
-    const c = link * POSE_COLUMNS.length;
-    const x = this.poses.value(c, row);
-    if (Number.isNaN(x)) return null;
-    const v = (i: number): number => this.poses.value(c + i, row);
-    return { p: [x, v(1), v(2)], q: [v(3), v(4), v(5), v(6)] };
+    return link < 0 ? null : poseIn(this.poses, link * POSE_COLUMNS.length, row);
+  }
+
+  /** Where its module believed a link to be at a time, in the world; null if that is not known. */
+  propagatedPose(link: string, time: number): Pose | null {
+    const propagated = this.tables.get('propagated')?.table;
+    const robot = this.tables.get('robot frame')?.table;
+    if (!propagated || !robot) return null;
+    const X_RL = poseIn(propagated, propagated.find(`${link}.x`), propagated.rowAt(time + 1e-9));
+    const X_WR = poseIn(robot, robot.find('x'), robot.rowAt(time + 1e-9));
+    return X_RL && X_WR && compose(X_WR, X_RL);
+  }
+
+  /** What pushed which links at a time, by the table of these forces, in newtons along the axes of W. */
+  forcesAt(table: string, time: number): { link: string; force: [number, number, number] }[] {
+    const named = this.tables.get(table);
+    const row = named?.table.rowAt(time + 1e-9) ?? -1;
+    if (!named || row < 0) return [];
+    const names = named.table.columnNames;
+    const forces: { link: string; force: [number, number, number] }[] = [];
+    for (let c = 0; c + 2 < names.length; c += FORCE_AXES.length) {
+      const force = [0, 1, 2].map((i) => named.table.value(c + i, row) || 0) as [number, number, number];
+      if (force.some((f) => f !== 0)) forces.push({ link: names[c].slice(0, -FORCE_AXES[0].length - 1), force });
+    }
+    return forces;
   }
 
   /** A pose in R as one in the world. */
@@ -306,6 +171,7 @@ export class Run {
     if (last && last.state.role !== state.role) {
       this.addEvent(time, `${state.module}: ${state.role || 'no role'}`);
     }
+    if (state.lost && !last?.state.lost) this.addEvent(time, `${state.module} is lost; the run goes on without it`);
     if (last && last.state.program !== state.program) {
       this.addEvent(time, `${state.module} runs another program`);
     }
@@ -325,26 +191,95 @@ export class Run {
     return list.length ? list[0].state : null;
   }
 
+  /** When any module last reported something new until then; NaN if none had. */
+  stateTime(time: number): number {
+    let latest = NaN;
+    for (const list of this.states.values()) {
+      for (const entry of list) if (entry.time <= time && !(entry.time <= latest)) latest = entry.time;
+    }
+    return latest;
+  }
+
+  /** Since when it has had the role, or none, that it had at a time; NaN if it had said nothing. */
+  roleSince(module: string, time: number): number {
+    const list = (this.states.get(module) ?? []).filter((entry) => entry.time <= time);
+    const role = list.at(-1)?.state.role;
+    let since = NaN;
+    for (let i = list.length - 1; i >= 0 && list[i].state.role === role; i--) since = list[i].time;
+    return since;
+  }
+
+  /** What a module's connectors are mated with at a time: its connector, the other module, and that one's connector. */
+  neighboursAt(module: string, time: number): [string, string, string][] {
+    const known = this.connections.filter((entry) => entry.time <= time).at(-1) ?? this.connections[0];
+    return (known?.list ?? []).flatMap((connection) => {
+      const [a, b] = connection.split(' – ').map((side) => side.split('.'));
+      if (a[0] === module) return [[a[1], b[0], b[1]] as [string, string, string]];
+      return b[0] === module ? [[b[1], a[0], a[1]] as [string, string, string]] : [];
+    });
+  }
+
+  /** What the channels had said by a time, as far as that was told. */
+  channelsAt(time: number): ChannelRow[] {
+    const table = this.tables.get('channels')?.table;
+    const row = table?.rowAt(time + 1e-9) ?? -1;
+    if (!table || row < 0) return [];
+    const value = (column: string): number => {
+      const index = table.find(column);
+      return index < 0 ? NaN : table.value(index, row);
+    };
+    return [...this.channelTypes].flatMap(([name, type]) => {
+      const messages = value(`${name} count`);
+      // A channel that was not heard of by then has no row.
+      if (!(messages > 0)) return [];
+      const [rate, bytesPerSecond] = [value(`${name} rate`), value(`${name} bandwidth`)];
+      return [{ name, type, messages, rate, bytesPerSecond, lost: value(`${name} lost`), bad: value(`${name} bad`) }];
+    });
+  }
+
+  /** Whether the run went on without a module at that time. */
+  isLost(module: string, time: number): boolean {
+    return this.stateAt(module, time)?.lost ?? false;
+  }
+
   /** What it has reported last. */
   lastState(module: string): ModuleState | null {
     const list = this.states.get(module);
     return list?.length ? list[list.length - 1].state : null;
   }
 
+  /** What it reported when it had a role last; null if it never had one. */
+  lastRole(module: string): ModuleState | null {
+    return this.states.get(module)?.filter(({ state }) => state.role).at(-1)?.state ?? null;
+  }
+
+  /** The last role that it had until then; empty if none. */
+  roleBefore(module: string, time: number): string {
+    const list = this.states.get(module) ?? [];
+    return list.filter((entry) => entry.time <= time && entry.state.role).at(-1)?.state.role ?? '';
+  }
+
   /** Names of all modules, those of the description first. */
-  get moduleNames(): string[] {
-    const names = this.description.modules.map((m) => m.name);
-    for (const name of this.states.keys()) if (!names.includes(name)) names.push(name);
-    for (const link of this.links) {
-      const name = link.split('/')[0];
-      if (!names.includes(name)) names.push(name);
+  get moduleNames(): readonly string[] {
+    // They are asked for all the time, and of a large robot there are many.
+    const key = `${this.structureVersion} ${this.states.size} ${this.links.length}`;
+    if (key !== this.namesKey) {
+      this.namesKey = key;
+      const links = this.links.map((link) => link.split('/')[0]);
+      this.names = [...new Set([...this.description.modules.map((m) => m.name), ...this.states.keys(), ...links])];
     }
-    return names;
+    return this.names;
   }
 
   takeFault(fault: Fault): void {
     this.faults.push(fault);
     this.reportVersion++;
+  }
+
+  /** How many faults had come by a time; older ones than those that are kept all count. */
+  numFaultsAt(time: number): number {
+    const { list, total } = this.faults;
+    return total - list.length + list.filter((fault) => fault.time <= time + 1e-9).length;
   }
 
   /** Takes note of "set swing 45 …", a command that CLOCK names. */
@@ -365,6 +300,40 @@ export class Run {
     this.reportVersion++;
   }
 
+  /** Takes up what came before all that is known: of a run that had gone on before the page came. */
+  prepend(past: Run): void {
+    for (const [name, { table, unit }] of past.tables) {
+      const known = this.tables.get(name)?.table;
+      const joined = new Table(Math.max(known?.capacity ?? 0, table.capacity));
+      // Columns keep their places.
+      for (const column of known?.columnNames ?? []) joined.column(column);
+      joined.append(table, known?.length ? known.beginTime : Infinity);
+      if (known) joined.append(known, Infinity);
+      this.tables.set(name, { table: joined, unit });
+      if (name === 'poses') this.poses = joined;
+    }
+    for (const link of past.links) if (!this.links.includes(link)) this.links.push(link);
+    for (const [module, states] of past.states) {
+      const known = this.states.get(module) ?? [];
+      const before = states.filter((entry) => !known.length || entry.time < known[0].time);
+      this.states.set(module, [...before, ...known]);
+    }
+    const from = (reports: readonly { time: number }[]): number => reports[0]?.time ?? Infinity;
+    this.faults.prepend(past.faults, from(this.faults.list));
+    this.events.prepend(past.events, from(this.events.list));
+    this.connections.unshift(...past.connections.filter((entry) => entry.time < from(this.connections)));
+    for (const [name, type] of past.channelTypes) if (!this.channelTypes.has(name)) this.channelTypes.set(name, type);
+    this.structureVersion++;
+    this.stateVersion++;
+    this.reportVersion++;
+  }
+
+  /** When every module that had a role at all had one for the first time; NaN if none had. */
+  settledTime(): number {
+    const firsts = [...this.states.values()].flatMap((list) => list.find(({ state }) => state.role)?.time ?? []);
+    return firsts.length ? Math.max(...firsts) : NaN;
+  }
+
   /** Sim time steps back when a log is wound back: what was reported of later times goes. */
   private rewind(time: number): void {
     if (!(time < this.poses.endTime)) return;
@@ -379,6 +348,7 @@ export class Run {
     };
     earlier(this.faults);
     earlier(this.events);
+    while (this.connections.length && this.connections[this.connections.length - 1].time > time) this.connections.pop();
     this.stateVersion++;
     this.reportVersion++;
   }
@@ -387,6 +357,7 @@ export class Run {
   clear(): void {
     for (const { table } of this.tables.values()) table.clear();
     this.states.clear();
+    this.connections.length = 0;
     this.faults.clear();
     this.events.clear();
     this.stateVersion++;

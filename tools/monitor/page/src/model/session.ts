@@ -4,7 +4,9 @@ import { Connection, type ConnectionState, type Listener, type Surroundings } fr
 import type { Channel, ServerInfo } from '../protocol/messages.ts';
 import type { Decoded } from '../protocol/decoder.ts';
 import { Difference } from './difference.ts';
+import { pairsIn, type Pair } from './pairs.ts';
 import { parseTopic, takeMessage, UNNEEDED_TOPICS } from './ingest.ts';
+import { RoleQuestions } from './role_questions.ts';
 import { Run } from './run.ts';
 
 /** A notice for people, with the level of the protocol: 0 information, 1 warning, 2 error. */
@@ -20,7 +22,14 @@ interface SourceInfo {
   file?: string;
   begin_us?: number;
   end_us?: number;
+  /** Where the log's file is wrong first; `cut`: its end is missing. */
+  damage?: { cut: boolean; time_us: number; what: string } | null;
+  /** The run of which this is the past. */
+  past_of?: string;
 }
+
+/** Where the server tells who answers to whom in the first two sources. */
+const PAIRS_TOPIC = '/pairs';
 
 /** The share of a table that a log is loaded into at once, so that there is room to go on. */
 const LOG_WINDOW = 0.9;
@@ -32,6 +41,14 @@ export class Session implements Listener {
   runs: Run[] = [];
   /** Between the two runs, if there are two. */
   difference: Difference | null = null;
+  /** Who answers to whom in the two runs, as the server has matched them. */
+  pairs: Pair[] = [];
+  /** By run what it was before the page came, as far as that is being loaded. */
+  private pasts = new Map<Run, Run>();
+  /** Why modules have a role or none. */
+  readonly roleQuestions = new RoleQuestions((run, service, request) =>
+    this.connection.call(`/${run.name}/${service}`, request),
+  );
   /** Whether this page may act on live runs. */
   mayControl = false;
   /** The server has told what it shows. */
@@ -42,13 +59,14 @@ export class Session implements Listener {
   onConnection: () => void = () => {};
   onNotice: (notice: Notice) => void = () => {};
   private sessionId = '';
+  private sourceNames = '';
   /** By log: up to which sim time it was asked for, seconds. */
   private readonly askedTo = new Map<Run, number>();
 
   constructor(surroundings: Surroundings) {
     this.connection = new Connection(surroundings, this, (channel) => {
       const topic = parseTopic(channel.topic);
-      return topic !== null && !UNNEEDED_TOPICS.includes(topic.name);
+      return channel.topic === PAIRS_TOPIC || (topic !== null && !UNNEEDED_TOPICS.includes(topic.name));
     });
   }
 
@@ -64,27 +82,52 @@ export class Session implements Listener {
     const same =
       this.informed &&
       info.sessionId === this.sessionId &&
-      sources.map((s) => s.name).join() === this.runs.map((r) => r.name).join();
+      sources.map((s) => s.name).join() === this.sourceNames;
     this.sessionId = info.sessionId ?? '';
     this.informed = true;
     this.askedTo.clear();
+    this.sourceNames = sources.map((s) => s.name).join();
     if (!same) this.setRuns(sources);
-    if (sources.length > 2) this.onStatus(1, `The page shows two runs at most, the first two of ${sources.length}.`);
+    const runs = sources.filter((source) => !source.past_of).length;
+    if (runs > 2) this.onStatus(1, `The page shows two runs at most, the first two of ${runs}.`);
     this.onConnection();
   }
 
   onOffer(): void {
-    const parameters = this.runs.flatMap((run) => [`/${run.name}/paused`, `/${run.name}/speed`]);
+    const parameters = [...this.runs, ...this.pasts.values()].flatMap((run) => [`/${run.name}/paused`, `/${run.name}/speed`]);
     if (parameters.length) this.connection.watchParameters(parameters);
     for (const run of this.runs) {
       if (run.kind === 'log' && !this.askedTo.has(run) && this.connection.hasService(`/${run.name}/playback`))
         this.load(run, run.logBegin);
     }
+    for (const past of this.pasts.values()) {
+      if (!this.askedTo.has(past) && this.connection.hasService(`/${past.name}/playback`))
+        this.load(past, Math.max(past.logBegin, past.logEnd - this.windowOf(past)));
+    }
+  }
+
+  /** A run of that name, or the past of one. */
+  private find(name: string | undefined): Run | undefined {
+    return [...this.runs, ...this.pasts.values()].find((run) => run.name === name);
+  }
+
+  /** The past of a run has come: what it was goes before what it is. */
+  private joinPast(past: Run): void {
+    const [run] = [...this.pasts].find(([, p]) => p === past) ?? [];
+    // The parameter also tells of the pause before the first message.
+    if (!run || past.poses.endTime < past.logEnd - 2 * past.description.tick) return;
+    this.pasts.delete(run);
+    run.prepend(past);
   }
 
   onMessage(channel: Channel, time: number, message: Decoded): void {
+    if (channel.topic === PAIRS_TOPIC) {
+      this.pairs = pairsIn(message);
+      this.difference?.setPairs(this.pairs);
+      return;
+    }
     const topic = parseTopic(channel.topic);
-    const run = topic && this.runs.find((r) => r.name === topic.source);
+    const run = this.find(topic?.source);
     if (!topic || !run) return;
     this.messages++;
     takeMessage(run, topic.name, time, message);
@@ -92,9 +135,10 @@ export class Session implements Listener {
 
   onParameter(name: string, value: unknown): void {
     const topic = parseTopic(name);
-    const run = topic && this.runs.find((r) => r.name === topic.source);
+    const run = this.find(topic?.source);
     if (!run) return;
     if (topic?.name === 'paused') run.clock.paused = value === true;
+    if (topic?.name === 'paused' && value === true) this.joinPast(run);
     if (topic?.name === 'speed') run.clock.speed = typeof value === 'number' ? value : NaN;
     run.reportVersion++;
   }
@@ -168,16 +212,25 @@ export class Session implements Listener {
   }
 
   private setRuns(sources: readonly SourceInfo[]): void {
-    this.runs = sources.slice(0, 2).map((source, i) => {
+    const runOf = (source: SourceInfo, i: number): Run => {
       const run = new Run(source.name, source.kind, 'AB'[i]);
       run.description.robot = source.robot ?? '';
       run.file = source.file ?? '';
       if (source.kind === 'log') {
         run.logBegin = (source.begin_us ?? 0) * 1e-6;
         run.logEnd = (source.end_us ?? 0) * 1e-6;
+        if (source.damage) run.damage = { ...source.damage, time: source.damage.time_us * 1e-6 };
       }
       return run;
-    });
+    };
+    this.runs = sources.filter((source) => !source.past_of).slice(0, 2).map(runOf);
+    this.pasts.clear();
+    for (const source of sources) {
+      const run = this.runs.find((r) => r.name === source.past_of);
+      if (run) this.pasts.set(run, runOf(source, 0));
+    }
+    this.pairs = [];
+    this.roleQuestions.clear();
     this.difference = this.runs.length === 2 ? new Difference(this.runs[0], this.runs[1]) : null;
     this.onRuns();
   }

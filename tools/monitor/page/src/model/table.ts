@@ -108,6 +108,15 @@ export class Table {
     return row < this.rows && this.time(row) === time ? row : row - 1;
   }
 
+  /** Appends the rows of another table before `until`; columns that are missing here are added. */
+  append(other: Table, until: number): void {
+    const columns = other.names.map((name) => this.column(name));
+    for (let row = 0; row < other.length && other.time(row) < until; row++) {
+      this.row(other.time(row));
+      columns.forEach((column, i) => this.set(column, other.value(i, row)));
+    }
+  }
+
   clear(): void {
     this.begin = 0;
     this.rows = 0;

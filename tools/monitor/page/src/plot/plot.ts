@@ -13,6 +13,27 @@ export interface PlotLine {
   /** What values are multiplied by for display. */
   scale: number;
   dashed: boolean;
+  /** Wider and paler, so that a dashed line over it can be seen. */
+  under: boolean;
+}
+
+/** What a plot shows. */
+export interface PlotContent {
+  lines: readonly PlotLine[];
+  /** The window of time, seconds. */
+  from: number;
+  to: number;
+  /** The instant that is shown, and one that the pointer is over, NaN without. */
+  cursor: number;
+  hover: number;
+  /** Times to be marked, of faults for one. */
+  marks: readonly number[];
+  /** A stretch of time that is being chosen; null without. */
+  chosen: [number, number] | null;
+  /** What stands over the axis of values. */
+  unit: string;
+  /** The line that is drawn wider; -1 for none. */
+  selected: number;
 }
 
 /** Colours of the parts of a plot that are not lines. */
@@ -26,8 +47,10 @@ export interface PlotTheme {
 /** Room for the axes, CSS pixels. */
 const LEFT = 54;
 const RIGHT = 10;
-const TOP = 8;
+const TOP = 16;
 const BOTTOM = 20;
+/** How near a pointer must be to a line to mean it, CSS pixels. */
+const NEAR = 10;
 
 export class Plot {
   private readonly context: CanvasRenderingContext2D;
@@ -36,6 +59,8 @@ export class Plot {
   private height = 0;
   private from = 0;
   private to = 1;
+  /** How far the ticks of values lie apart. */
+  step = 1;
   /** Points that were drawn with the last call, for measurements. */
   drawnPoints = 0;
 
@@ -52,21 +77,22 @@ export class Plot {
     return share >= 0 && share <= 1 ? this.from + share * (this.to - this.from) : null;
   }
 
-  /**
-   * Draws all.
-   * @param from, to the window of time, seconds.
-   * @param cursor the instant that is shown; @param hover one that the pointer is over, NaN without.
-   * @param marks times to be marked, of faults for one.
-   */
-  draw(
-    lines: readonly PlotLine[],
-    from: number,
-    to: number,
-    cursor: number,
-    hover: number,
-    marks: readonly number[],
-    theme: PlotTheme,
-  ): void {
+  /** The line under a place on the canvas, by its index in what was drawn; -1 for none. */
+  lineAt(x: number, y: number, lines: readonly PlotLine[]): number {
+    const time = this.timeAt(x);
+    if (time === null) return -1;
+    const distances = lines.map((line) => Math.abs(this.y(valueAt(line.series, time) * line.scale) - y));
+    const nearest = distances.reduce((best, d, i) => (d < (distances[best] ?? Infinity) ? i : best), -1);
+    return nearest >= 0 && distances[nearest] <= NEAR ? nearest : -1;
+  }
+
+  /** The seconds that so many CSS pixels stand for. */
+  secondsOf(pixels: number): number {
+    return (pixels / Math.max(1, this.width - LEFT - RIGHT)) * (this.to - this.from);
+  }
+
+  draw(content: PlotContent, theme: PlotTheme): void {
+    const { lines, from, to, cursor, hover, marks } = content;
     this.fit();
     this.from = from;
     this.to = to;
@@ -76,16 +102,17 @@ export class Plot {
     const polylines = lines.map((line) => decimate(line.series, from, to, buckets));
     this.drawnPoints = polylines.reduce((n, p) => n + p.times.length, 0);
     this.chooseRange(lines, polylines);
-    this.drawAxes(theme);
+    this.drawAxes(content, theme);
     context.save();
     context.beginPath();
     context.rect(LEFT, TOP - 2, this.width - LEFT - RIGHT, this.height - TOP - BOTTOM + 4);
     context.clip();
     for (const mark of marks) this.drawVertical(mark, theme.mark, [2, 3]);
-    lines.forEach((line, i) => this.drawLine(line, polylines[i]));
+    lines.forEach((line, i) => this.drawLine(line, polylines[i], i === content.selected));
     context.restore();
-    if (!Number.isNaN(hover)) this.drawVertical(hover, theme.text, [1, 2]);
+    if (content.chosen) this.drawChosen(content.chosen, theme);
     this.drawVertical(cursor, theme.cursor, []);
+    if (!Number.isNaN(hover)) this.drawHover(hover, lines, theme);
   }
 
   /** The canvas has as many pixels as the screen shows of it. */
@@ -132,7 +159,7 @@ export class Plot {
     return TOP + ((high - value) / (high - low)) * (this.height - TOP - BOTTOM);
   }
 
-  private drawAxes(theme: PlotTheme): void {
+  private drawAxes({ unit }: PlotContent, theme: PlotTheme): void {
     const context = this.context;
     context.font = '11px system-ui, sans-serif';
     context.lineWidth = 1;
@@ -143,6 +170,8 @@ export class Plot {
     const [low, high] = this.range;
     const rows = Math.max(3, Math.floor((this.height - TOP - BOTTOM) / 30));
     const step = niceStep(high - low, rows);
+    this.step = step;
+    if (unit) context.fillText(unit, LEFT - 6, 6);
     context.beginPath();
     for (const tick of niceTicks(low, high, rows)) {
       const y = Math.round(this.y(tick)) + 0.5;
@@ -167,10 +196,40 @@ export class Plot {
     context.stroke();
   }
 
-  private drawLine(line: PlotLine, polyline: Polyline): void {
+  /** The stretch of time that a drag has chosen so far. */
+  private drawChosen([from, to]: [number, number], theme: PlotTheme): void {
+    const context = this.context;
+    context.globalAlpha = 0.18;
+    context.fillStyle = theme.cursor;
+    context.fillRect(this.x(from), TOP, this.x(to) - this.x(from), this.height - TOP - BOTTOM);
+    context.globalAlpha = 1;
+  }
+
+  /** The time under the pointer, with a dot on every line. */
+  private drawHover(time: number, lines: readonly PlotLine[], theme: PlotTheme): void {
+    const context = this.context;
+    this.drawVertical(time, theme.text, [1, 2]);
+    for (const line of lines) {
+      const y = this.y(valueAt(line.series, time) * line.scale);
+      if (Number.isNaN(y)) continue;
+      context.fillStyle = line.colour;
+      context.beginPath();
+      context.arc(this.x(time), y, 3, 0, 2 * Math.PI);
+      context.fill();
+    }
+    const x = this.x(time);
+    const right = x > this.width / 2;
+    context.fillStyle = theme.text;
+    context.textAlign = right ? 'right' : 'left';
+    context.textBaseline = 'top';
+    context.fillText(timeText(time), x + (right ? -4 : 4), 1);
+  }
+
+  private drawLine(line: PlotLine, polyline: Polyline, selected: boolean): void {
     const context = this.context;
     context.strokeStyle = line.colour;
-    context.lineWidth = 1.6;
+    context.lineWidth = selected || line.under ? 3 : 1.6;
+    context.globalAlpha = line.under ? 0.5 : 1;
     context.lineJoin = 'round';
     context.setLineDash(line.dashed ? [5, 3] : []);
     context.beginPath();
@@ -189,6 +248,7 @@ export class Plot {
     }
     context.stroke();
     context.setLineDash([]);
+    context.globalAlpha = 1;
   }
 
   private drawVertical(time: number, colour: string, dash: number[]): void {
@@ -204,4 +264,10 @@ export class Plot {
     context.stroke();
     context.setLineDash([]);
   }
+}
+
+/** The value of the last row at or before `time`; NaN without one. */
+export function valueAt(series: Series, time: number): number {
+  const row = series.lowerBound(time + 1e-9) - 1;
+  return row >= 0 && row < series.length ? series.value(row) : NaN;
 }

@@ -28,6 +28,16 @@ export function tickText(value: number, step: number): string {
   return Number(text) === 0 ? (0).toFixed(decimals) : text;
 }
 
+/** A value beside a plot whose ticks lie `step` apart: always with the same decimals, so that nothing jumps. */
+export function fixedText(value: number, step: number): string {
+  if (Number.isNaN(value)) return '–';
+  if (Math.abs(value) >= 1e6 || step < 1e-5) return value.toExponential(2);
+  const decimals = Math.max(0, Math.min(6, 3 - Math.floor(Math.log10(step) + 1e-9)));
+  const text = value.toFixed(decimals);
+  // What rounds to nothing has no sign.
+  return Number(text) === 0 ? (0).toFixed(decimals) : text;
+}
+
 /** A value for people, four significant digits. */
 export function valueText(value: number): string {
   if (Number.isNaN(value)) return '–';

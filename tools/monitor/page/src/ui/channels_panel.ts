@@ -1,6 +1,9 @@
 /** The channels of the bus with rates and losses, and the processes with processor time and memory. */
 
-import type { ChannelRow, Run } from '../model/run.ts';
+import { ownerOf } from '../model/names.ts';
+import type { Run } from '../model/run.ts';
+import type { ChannelRow } from '../model/run_data.ts';
+import { timeText } from '../plot/ticks.ts';
 import { runHeading, type Context, type Panel } from './context.ts';
 import { button, element, fill, heading, numberCell, row, table } from './dom.ts';
 import { recall, remember } from './settings.ts';
@@ -9,9 +12,9 @@ type Key = 'name' | 'messages' | 'rate' | 'bytesPerSecond' | 'lost' | 'bad';
 
 const COLUMNS: { key: Key; title: string; help: string }[] = [
   { key: 'name', title: 'Channel', help: 'Name on the bus, without the name of the run' },
-  { key: 'messages', title: 'Count', help: 'Messages since the monitor began to listen' },
-  { key: 'rate', title: 'Hz', help: 'Messages a second in the last interval' },
-  { key: 'bytesPerSecond', title: 'kB/s', help: 'Payloads in the last interval' },
+  { key: 'messages', title: 'Count', help: 'Messages up to the instant that is shown, since the log begins or the monitor listens' },
+  { key: 'rate', title: 'Hz', help: 'Messages in a second of sim time, in the last interval; none of what is said once' },
+  { key: 'bytesPerSecond', title: 'kB/s', help: 'Payloads in a second of sim time, in the last interval' },
   { key: 'lost', title: 'Lost', help: 'Messages that are missing by their sequence numbers' },
   { key: 'bad', title: 'Bad', help: 'Messages that could not be decoded' },
 ];
@@ -36,9 +39,9 @@ export class ChannelsPanel implements Panel {
   }
 
   update(): void {
-    const { session } = this.context;
+    const { session, time } = this.context;
     const key = JSON.stringify([
-      session.runs.map((run) => run.channels),
+      session.runs.map((run) => run.channelsAt(time)),
       session.runs.map((run) => [...run.health]),
       this.filter.value,
       this.order,
@@ -50,24 +53,25 @@ export class ChannelsPanel implements Panel {
 
   private section(run: Run): HTMLElement[] {
     const title = runHeading(this.context, run);
-    if (!run.channels.length) {
+    const channels = run.channelsAt(this.context.time);
+    if (!channels.length) {
       return [
         ...title,
         element('p', { class: 'empty' }, 'No channel has been counted yet. The counts come about once a second.'),
       ];
     }
     const words = this.filter.value.toLowerCase().split(/\s+/).filter(Boolean);
-    const rows = run.channels.filter((c) => words.every((word) => `${c.name} ${c.type}`.toLowerCase().includes(word)));
+    const rows = channels.filter((c) => words.every((word) => `${c.name} ${c.type}`.toLowerCase().includes(word)));
     const { key, descending } = this.order;
     rows.sort((a, b) => (key === 'name' ? a.name.localeCompare(b.name) : a[key] - b[key]) * (descending ? -1 : 1));
-    const lost = run.channels.reduce((n, c) => n + c.lost, 0);
-    const bad = run.channels.reduce((n, c) => n + c.bad, 0);
+    const lost = channels.reduce((n, c) => n + c.lost, 0);
+    const bad = channels.reduce((n, c) => n + c.bad, 0);
     return [
       ...title,
       element(
         'p',
         { class: lost + bad ? 'warn' : 'quiet' },
-        `${run.channels.length} channels, ${lost} lost, ${bad} bad`,
+        `${channels.length} channels by ${timeText(this.context.time)}, ${lost} lost, ${bad} bad`,
       ),
       table('channels', [row(...COLUMNS.map((column) => this.heading(column)))], rows.map((c) => this.row(run, c))),
       ...this.processes(run),
@@ -94,16 +98,20 @@ export class ChannelsPanel implements Panel {
 
   private row(run: Run, c: ChannelRow): HTMLElement {
     const name = c.name.startsWith(`${run.name}/`) ? c.name.slice(run.name.length + 1) : c.name;
+    const module = ownerOf('channels', `${c.name} rate`)?.module;
+    const isModule = module !== undefined && run.moduleNames.includes(module);
     return row(
       element(
         'td',
         {},
-        element('span', { class: 'mono' }, name),
+        isModule
+          ? button(name, () => this.context.select({ run, module }), { class: 'pick mono', title: `Select ${module}` })
+          : element('span', { class: 'mono' }, name),
         element('div', { class: 'quiet' }, c.type || 'not decoded'),
       ),
       numberCell(String(c.messages)),
-      numberCell(c.rate.toFixed(c.rate < 10 ? 1 : 0)),
-      numberCell((c.bytesPerSecond / 1000).toFixed(1)),
+      numberCell(Number.isNaN(c.rate) ? '–' : c.rate.toFixed(1)),
+      numberCell(Number.isNaN(c.rate) ? '–' : (c.bytesPerSecond / 1000).toFixed(1)),
       numberCell(String(c.lost), c.lost > 0),
       numberCell(String(c.bad), c.bad > 0),
     );

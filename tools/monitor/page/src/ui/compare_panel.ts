@@ -17,6 +17,15 @@ export class ComparePanel implements Panel {
     this.element.append(this.body);
   }
 
+  /** A pair's name, which selects A's module. */
+  private pair(name: string): HTMLElement | string {
+    const { pairs, runs } = this.context.session;
+    const pair = pairs.find((p) => p.name === name);
+    if (!pair) return name;
+    const select = (): void => this.context.select({ run: runs[0], module: pair.moduleA });
+    return button(name, select, { class: 'pick', title: `Select ${pair.moduleA} of A (B: ${pair.moduleB})` });
+  }
+
   update(): void {
     const { session, time } = this.context;
     const difference = session.difference;
@@ -73,7 +82,7 @@ export class ComparePanel implements Panel {
         ],
         rows.map(([name, p, pMost, r, rMost]) =>
           row(
-            element('td', {}, name),
+            element('td', {}, this.pair(name)),
             cell(p, 1000),
             cell(pMost, 1000),
             cell(r, rotation.scale),

@@ -1,6 +1,7 @@
 /** What all panels of the page share. */
 
-import type { Run, SourcePlace } from '../model/run.ts';
+import type { Run } from '../model/run.ts';
+import type { SourcePlace } from '../model/run_data.ts';
 import type { Session } from '../model/session.ts';
 import type { ViewClock } from '../model/view_clock.ts';
 import { element } from './dom.ts';
@@ -29,8 +30,8 @@ export interface Context {
   lineColourOf(run: Run, module: string): string;
   /** The colour of a role, "#rrggbb"; null for a name that is no role of the programs. */
   colourOfRole(role: string): string | null;
-  /** Tells what happened in a line that goes away by itself. */
-  toast(text: string, kind?: 'info' | 'error'): void;
+  /** Tells what happened in a line of the bar that goes away by itself; one at a time. */
+  tell(text: string, kind?: 'info' | 'error'): void;
 }
 
 /** A part of the page that shows something of the state. */

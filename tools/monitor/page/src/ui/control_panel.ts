@@ -305,7 +305,7 @@ export class ControlPanel implements Panel {
       ),
     );
     while (this.answers.children.length > LISTED) this.answers.lastElementChild?.remove();
-    this.context.toast(`${words}: ${text.split('\n')[0]}`, failed ? 'error' : 'info');
+    this.context.tell(`${words}: ${text.split('\n')[0]}`, failed ? 'error' : 'info');
   }
 }
 

@@ -84,6 +84,14 @@ export function numberCell(text: string, warn = false): HTMLElement {
   return element('td', { class: `number${warn ? ' warn' : ''}` }, text);
 }
 
+/** Hands a file to the user, as a download. */
+export function saveFile(name: string, content: Blob): void {
+  const url = URL.createObjectURL(content);
+  element('a', { href: url, download: name }).click();
+  // The browser has taken it by the next turn.
+  setTimeout(() => URL.revokeObjectURL(url), 0);
+}
+
 /** A dialog, which is closed at first; `label` is its name for those who do not see it. */
 export function dialog(kind: string, label: string, ...children: Child[]): HTMLDialogElement {
   const made = element('dialog', { class: kind, 'aria-label': label }, ...children);

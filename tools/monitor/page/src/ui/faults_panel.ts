@@ -1,6 +1,7 @@
 /** Faults of programs, what they print, and what was done to the run, newest first. */
 
-import type { Fault, Run, RunEvent, SourcePlace } from '../model/run.ts';
+import type { Run } from '../model/run.ts';
+import type { Fault, RunEvent, SourcePlace } from '../model/run_data.ts';
 import { timeText } from '../plot/ticks.ts';
 import { runHeading, type Context, type Panel } from './context.ts';
 import { button, element, fill } from './dom.ts';
@@ -15,8 +16,11 @@ export class FaultsPanel implements Panel {
   constructor(private readonly context: Context) {}
 
   update(): void {
-    const { session } = this.context;
-    const key = session.runs.map((run) => `${run.name} ${run.faults.total} ${run.events.total}`).join();
+    const { session, time } = this.context;
+    const later = (reports: readonly { time: number }[]): number => reports.filter((r) => r.time > time + 1e-9).length;
+    const key = session.runs
+      .map(({ name, faults, events }) => [name, faults.total, events.total, later(faults.list), later(events.list)])
+      .join();
     if (key === this.shown) return;
     this.shown = key;
     fill(this.element, ...session.runs.flatMap((run) => this.section(run)));
@@ -53,6 +57,15 @@ export class FaultsPanel implements Panel {
     return button(timeText(time), () => this.context.seek(time), { class: 'time', title: 'Show this instant' });
   }
 
+  /** What comes after the instant that is shown stands back. */
+  private later(time: number): string {
+    return time > this.context.time + 1e-9 ? 'later' : '';
+  }
+
+  private module(run: Run, module: string): HTMLElement {
+    return button(module, () => this.context.select({ run, module }), { class: 'pick', title: 'Select this module' });
+  }
+
   /** The place as a button, with the function's name behind it; an empty text where there is none. */
   private place(run: Run, place: SourcePlace, inside: string): HTMLElement | string {
     const text = place.line ? `${place.file || 'program'}:${place.line}` : place.file;
@@ -68,9 +81,9 @@ export class FaultsPanel implements Panel {
     const { place } = event;
     return element(
       'li',
-      {},
+      { class: this.later(event.time) },
       this.time(event.time),
-      place ? element('b', {}, place.module) : '',
+      place ? this.module(run, place.module) : '',
       element('span', {}, event.text),
       place ? this.place(run, place, '') : '',
     );
@@ -79,12 +92,12 @@ export class FaultsPanel implements Panel {
   private fault(run: Run, fault: Fault): HTMLElement {
     return element(
       'li',
-      { class: 'fault' },
+      { class: `fault ${this.later(fault.time)}`.trim() },
       element(
         'div',
         { class: 'fault-head' },
         this.time(fault.time),
-        element('b', {}, fault.module),
+        this.module(run, fault.module),
         element('span', { class: 'quiet' }, fault.role),
       ),
       element('p', { class: 'fault-text' }, fault.text || fault.name),

@@ -1,6 +1,6 @@
 /** A dialog in which fields to plot are found by typing parts of their names. */
 
-import { fieldsIn, fieldsOf, matchFields, type Field } from '../model/fields.ts';
+import { allFields, matchFields, type Field } from '../model/fields.ts';
 import type { Session } from '../model/session.ts';
 import { button, dialog, element, fill } from './dom.ts';
 
@@ -11,7 +11,7 @@ export class FieldPicker {
   readonly dialog: HTMLDialogElement;
   private readonly search = element('input', {
     type: 'search',
-    placeholder: 'e.g. m1 velocity, or foot y',
+    placeholder: 'e.g. knee velocity, or foot y',
     'aria-label': 'Parts of the field’s name',
     oninput: () => this.list(),
   });
@@ -46,9 +46,7 @@ export class FieldPicker {
   open(chosen: readonly string[], done: (ids: string[]) => void): void {
     this.chosen = new Set(chosen);
     this.done = done;
-    this.fields = this.session.runs.flatMap(fieldsOf);
-    const { difference } = this.session;
-    if (difference) this.fields.push(...fieldsIn('', 'difference', difference));
+    this.fields = allFields(this.session);
     this.search.value = '';
     this.list();
     this.dialog.showModal();
@@ -78,7 +76,7 @@ export class FieldPicker {
           { class: 'field' },
           box,
           element('span', { class: 'where' }, `${several && field.run ? `${field.run} · ` : ''}${field.table}`),
-          element('span', { class: 'what' }, field.column),
+          element('span', { class: 'what' }, field.name),
           field.unit && element('span', { class: 'quiet' }, field.unit),
         );
       }),

@@ -5,6 +5,9 @@ import { runTitle, type Context } from './context.ts';
 import { button, element, fill, setText } from './dom.ts';
 import { iconButton } from './icons.ts';
 
+/** How long a note stays, milliseconds. */
+const NOTICE_TIME = 8000;
+
 export class HeaderBar {
   readonly element: HTMLElement;
   private readonly sources = element('div', { class: 'sources' });
@@ -12,6 +15,8 @@ export class HeaderBar {
     class: 'connection',
     'data-field': 'connection',
   });
+  private readonly notice = element('div', { class: 'notice', role: 'status', 'aria-live': 'polite', hidden: true });
+  private noticeTimer = 0;
   private readonly banner = element('div', { class: 'banner', role: 'alert', hidden: true });
   private shown = '';
   private connectionKey = '';
@@ -20,18 +25,36 @@ export class HeaderBar {
     private readonly context: Context,
     theme: () => void,
     help: () => void,
+    layouts: () => void,
   ) {
     this.element = element(
       'header',
       { class: 'bar' },
       element('h1', {}, 'Morphbus ', element('span', {}, 'monitor')),
       this.sources,
-      element('span', { class: 'spring' }),
+      this.notice,
       this.connection,
+      iconButton('layout', 'Layouts: save, bring back, pass on (L)', layouts, { class: 'icon-button', 'data-action': 'layouts' }),
       iconButton('theme', 'Dark or light (D)', theme, { class: 'icon-button', 'data-action': 'theme' }),
       iconButton('help', 'Help and keys (?)', help, { class: 'icon-button', 'data-action': 'help' }),
       this.banner,
     );
+  }
+
+  /** Tells something in a line of the bar, in place of what was told before, for a while. */
+  tell(text: string, kind: 'info' | 'error'): void {
+    const drop = (): void => {
+      this.notice.hidden = true;
+    };
+    this.notice.hidden = false;
+    this.notice.className = `notice ${kind}`;
+    fill(
+      this.notice,
+      element('span', { class: 'text', title: text }, text),
+      iconButton('close', 'Close this note', drop, { class: 'small' }),
+    );
+    clearTimeout(this.noticeTimer);
+    this.noticeTimer = window.setTimeout(drop, NOTICE_TIME);
   }
 
   update(): void {
@@ -47,10 +70,10 @@ export class HeaderBar {
             'span',
             {
               class: `source run-${session.runs[i].letter.toLowerCase()}`,
-              title: session.runs[i].file || session.runs[i].name,
+              title: [session.runs[i].file || session.runs[i].name, session.runs[i].damage?.what].filter(Boolean).join(': '),
             },
             element('b', {}, title),
-            element('span', { class: 'facts' }, facts),
+            element('span', { class: `facts${session.runs[i].damage ? ' warn' : ''}` }, facts),
           ),
         ),
       );
@@ -69,6 +92,9 @@ export class HeaderBar {
 
   private logState(run: Run): string {
     const share = this.context.session.loaded(run);
+    const { damage } = run;
+    if (share >= 1 && damage)
+      return `log, ${damage.cut ? `cut at ${damage.time.toFixed(2)} s` : `damaged from ${damage.time.toFixed(2)} s on`}`;
     return share >= 1 ? 'log' : `log, ${Math.floor(share * 100)} % read`;
   }
 

@@ -27,7 +27,9 @@ export const KEYS: [string, [string, string][]][] = [
       ['F', 'camera follows the robots'],
       ['R', 'camera back to where it began'],
       ['C', 'colours by role or by module'],
-      ['X', 'frames of links'],
+      ['X', 'frames of the selected module'],
+      ['O', 'forces: of the ground, of obstacles, of pushes'],
+      ['V', 'where modules believe their links to be'],
       ['T', 'trails of labelled links'],
       ['N', 'names of modules'],
       ['G', 'ground'],
@@ -39,6 +41,8 @@ export const KEYS: [string, [string, string][]][] = [
     [
       ['1 … 5', 'roles, faults, channels, control, compare'],
       ['P', 'add a plot'],
+      ['+ − 0', 'plots: zoom in, out, back'],
+      ['L', 'layouts: save, bring back, pass on'],
       ['D', 'dark or light'],
       ['?', 'this help'],
       ['Esc', 'close a dialog, drop the selection'],
@@ -78,7 +82,7 @@ export class HelpDialog {
       element(
         'p',
         {},
-        'In the view, drag to turn, drag with the right button to move, turn the wheel to zoom, click a module to select it. In a plot, click to show that instant.',
+        'In the view, drag to turn, drag with the right button to move, turn the wheel to zoom, click a module to select it. In a plot, click to show that instant, drag over a stretch of time to zoom into it, turn the wheel to zoom, drag with Shift to move, double-click to go back. With fingers: drag to move, pinch to zoom.',
       ),
       element('p', { class: 'quiet' }, element('a', { href: 'licenses.txt' }, 'Licences of the software in this page')),
       element(

@@ -1,37 +1,25 @@
-/** The plots under the view: several at once, each with any fields of any run. */
+/** The plots under the view: several at once, each with any fields of any run, all over one stretch of time. */
 
-import { parseFieldId, seriesOf } from '../model/fields.ts';
 import { labelledLinks } from '../model/difference.ts';
 import type { Run } from '../model/run.ts';
-import type { Series } from '../plot/decimate.ts';
-import { Plot, type PlotLine, type PlotTheme } from '../plot/plot.ts';
-import { valueText } from '../plot/ticks.ts';
-import { LINE_COLOURS, shade } from '../view3d/palette.ts';
-import { displayUnit, type Context, type Panel } from './context.ts';
-import { button, element, fill, setText } from './dom.ts';
+import type { PlotTheme } from '../plot/plot.ts';
+import { TimeWindow } from '../plot/time_window.ts';
+import type { Context, Panel } from './context.ts';
+import { button, element } from './dom.ts';
 import { FieldPicker } from './field_picker.ts';
-import { icon, iconButton } from './icons.ts';
+import { icon } from './icons.ts';
+import { PlotView, type PlotKeeper } from './plot_view.ts';
 import { recall, remember } from './settings.ts';
 
 /** Lengths of the window of time, seconds; 0: all that is there. */
 const WINDOWS = [5, 10, 30, 60, 120, 0];
+/** How much a key zooms. */
+const KEY_ZOOM = 1.5;
 
-interface PlotView {
-  fields: string[];
-  plot: Plot;
-  element: HTMLElement;
-  legend: HTMLElement;
-  legendKey: string;
-  values: HTMLElement[];
-}
-
-interface ResolvedLine extends PlotLine {
-  name: string;
-  unit: string;
-}
-
-export class PlotsPanel implements Panel {
+export class PlotsPanel implements Panel, PlotKeeper {
   readonly element: HTMLElement;
+  hover = NaN;
+  chosen: [number, number] | null = null;
   private readonly list = element('div', { class: 'plot-list' });
   private readonly empty = element(
     'p',
@@ -40,9 +28,7 @@ export class PlotsPanel implements Panel {
   );
   private readonly picker: FieldPicker;
   private views: PlotView[] = [];
-  private window = recall('plotWindow', 10);
-  private begin = 0;
-  private hover = NaN;
+  private readonly window = new TimeWindow(recall('plotWindow', 10));
   private drawnKey = '';
   private theme: PlotTheme = { text: '', grid: '', cursor: '', mark: '' };
   /** Whether the plots with which the page begins were made, or the user's own were. */
@@ -50,8 +36,13 @@ export class PlotsPanel implements Panel {
   private readonly windowSelect = element(
     'select',
     { 'aria-label': 'Length of the plots', onchange: () => this.setWindow(Number(this.windowSelect.value)) },
-    ...WINDOWS.map((w) => element('option', { value: w, selected: w === this.window }, w ? `${w} s` : 'all')),
+    ...WINDOWS.map((w) => element('option', { value: w, selected: w === recall('plotWindow', 10) }, w ? `${w} s` : 'all')),
   );
+  private readonly fit = button('Zoom out', () => this.reset(), {
+    title: 'All plots over the chosen length again (0, or a double click)',
+    'data-action': 'zoom-out',
+    hidden: true,
+  });
 
   constructor(private readonly context: Context) {
     this.picker = new FieldPicker(context.session);
@@ -73,6 +64,7 @@ export class PlotsPanel implements Panel {
         element('h2', {}, 'Plots'),
         button([icon('add'), 'Add plot'], choose, { 'data-action': 'add-plot' }),
         element('span', { class: 'spring' }),
+        this.fit,
         element('label', {}, degrees, 'degrees'),
         this.windowSelect,
       ),
@@ -89,6 +81,26 @@ export class PlotsPanel implements Panel {
     this.save();
   }
 
+  /** The fields of all plots, and their length in seconds, for layouts. */
+  get layout(): { plots: string[][]; window: number } {
+    return { plots: this.views.map((view) => view.fields), window: this.window.length };
+  }
+
+  /** Shows these plots in place of those that are there. */
+  restore(plots: readonly string[][]): void {
+    for (const view of [...this.views]) this.drop(view);
+    this.furnished = true;
+    for (const fields of plots) this.make([...fields]);
+    this.save();
+  }
+
+  /** So many seconds, 0 for all. */
+  setLength(seconds: number): void {
+    if (!WINDOWS.includes(seconds)) return;
+    this.windowSelect.value = String(seconds);
+    this.setWindow(seconds);
+  }
+
   /** Colours may have changed with the theme. */
   readTheme(): void {
     const styles = getComputedStyle(this.element);
@@ -102,9 +114,10 @@ export class PlotsPanel implements Panel {
   }
 
   /** Other runs are shown now: the user's plots of runs of these names come back, else those of the beginning are made. */
-  reset(): void {
+  resetRuns(): void {
     for (const view of [...this.views]) this.drop(view);
     this.furnished = false;
+    this.window.reset(0);
     const key = this.storageKey();
     const saved = key ? recall<string[][]>(key, []) : [];
     for (const fields of saved) this.make(fields);
@@ -116,161 +129,64 @@ export class PlotsPanel implements Panel {
     if (!this.theme.text) this.readTheme();
     if (!this.furnished) this.furnish();
     this.empty.hidden = this.views.length > 0;
+    this.fit.hidden = !this.window.zoomed;
     if (Number.isNaN(time)) return;
-    let from: number;
-    let to: number;
-    if (this.window) {
-      // The window moves when the instant that is shown leaves it.
-      if (time > this.begin + this.window) this.begin = time - this.window;
-      if (time < this.begin) this.begin = time;
-      [from, to] = [this.begin, this.begin + this.window];
-    } else {
-      const span = session.range();
-      [from, to] = [span.begin, Math.max(span.begin + 1, span.end)];
-    }
+    const range = session.range();
+    const [from, to] = this.window.at(time, range.begin, range.end);
     // Nothing is drawn again that would look the same. A legend that grows leaves its plot less room.
-    const heights = this.views.map((view) => view.plot.canvas.clientHeight);
-    const size = `${this.list.clientWidth} ${heights.join(' ')} ${window.devicePixelRatio}`;
     const key = [
       from,
       to,
       time,
       this.hover,
+      this.chosen,
       session.messages,
       this.context.degrees,
-      size,
+      this.context.selected?.module,
+      this.list.clientWidth,
+      window.devicePixelRatio,
       this.theme.text,
-      this.views.map((v) => v.fields),
-      this.views.map((v) => this.coloursOf(v.fields)),
+      this.views.map((view) => view.key()),
     ].join();
     if (key === this.drawnKey) return;
     this.drawnKey = key;
     const marks = session.runs.flatMap((run) => run.faults.list.map((fault) => fault.time));
-    for (const view of this.views) this.draw(view, from, to, marks);
+    for (const view of this.views) view.draw(from, to, marks, this.theme);
   }
 
-  private draw(view: PlotView, from: number, to: number, marks: number[]): void {
-    const colours = this.coloursOf(view.fields);
-    const lines = view.fields.map((id, i) => this.resolve(id, colours[i]));
-    const present = lines.filter((line): line is ResolvedLine => line !== null);
-    view.plot.draw(present, from, to, this.context.time, this.hover, marks, this.theme);
-    const at = Number.isNaN(this.hover) ? this.context.time : this.hover;
-    this.showLegend(view, lines);
-    lines.forEach((line, i) =>
-      setText(view.values[i], line ? `${valueText(valueAt(line.series, at) * line.scale)} ${line.unit}` : 'not there'),
-    );
+  edit(view: PlotView): void {
+    this.picker.open(view.fields, (ids) => view.setFields(ids));
   }
 
-  /**
-   * A line has the colour of its module or role, as in the view; further ones of that colour in the plot are darker or
-   * lighter. What is of no module has a colour by its place.
-   */
-  private coloursOf(fields: readonly string[]): string[] {
-    const seen = new Map<string, number>();
-    return fields.map((id, i) => {
-      const colour = this.ownColour(id) ?? LINE_COLOURS[i % LINE_COLOURS.length];
-      // Lines of the second run are dashed, and need no other colour.
-      const key = `${parseFieldId(id)?.run} ${colour}`;
-      const repeat = seen.get(key) ?? 0;
-      seen.set(key, repeat + 1);
-      return shade(colour, repeat);
-    });
+  changed(view: PlotView): void {
+    if (!view.fields.length) this.drop(view);
+    this.save();
   }
 
-  /** The colour of the module or role that a field is of; null if it is of none. */
-  private ownColour(id: string): string | null {
-    const parsed = parseFieldId(id);
-    if (!parsed) return null;
-    const owner = parsed.column.split('.')[0];
-    if (parsed.table === 'difference') return this.context.colourOfRole(owner);
-    const run = this.context.session.runs.find((r) => r.name === parsed.run);
-    return run?.moduleNames.includes(owner) ? this.context.lineColourOf(run, owner) : null;
+  zoom(factor: number, about: number): void {
+    this.window.zoom(factor, about);
   }
 
-  private resolve(id: string, colour: string): ResolvedLine | null {
-    const parsed = parseFieldId(id);
-    if (!parsed) return null;
-    const { session } = this.context;
-    const run = session.runs.find((r) => r.name === parsed.run);
-    const isDifference = parsed.table === 'difference';
-    const found = seriesOf(isDifference ? session.difference : run?.tables.get(parsed.table), parsed.column);
-    if (!found) return null;
-    // What two like robots differ by is small.
-    const shown = displayUnit(found.unit, this.context.degrees);
-    const { unit, scale } = isDifference && shown.unit === 'm' ? { unit: 'mm', scale: 1000 } : shown;
-    return {
-      series: found.series,
-      colour,
-      scale,
-      unit,
-      dashed: run !== undefined && session.runs.indexOf(run) > 0,
-      name: run ? this.nameOf(run, parsed.table, parsed.column) : parsed.column,
-    };
+  /** By a key: about the instant that is shown. */
+  zoomStep(direction: 1 | -1): void {
+    this.zoom(direction > 0 ? 1 / KEY_ZOOM : KEY_ZOOM, this.context.time);
   }
 
-  /** Short enough for a legend: the table's name only where the column does not speak for itself. */
-  private nameOf(run: Run, table: string, column: string): string {
-    const plain = table === 'poses' || table === 'joints' || table === 'channels';
-    const letter = this.context.session.runs.length > 1 ? `${run.letter} ` : '';
-    return `${letter}${plain ? '' : `${table} `}${column}`;
+  pan(seconds: number): void {
+    this.window.pan(seconds);
   }
 
-  private showLegend(view: PlotView, lines: readonly (ResolvedLine | null)[]): void {
-    const colours = this.coloursOf(view.fields);
-    const key = lines.map((line, i) => `${colours[i]} ${line?.name ?? view.fields[i]}`).join('\n');
-    if (key === view.legendKey) return;
-    view.legendKey = key;
-    view.values = lines.map(() => element('span', { class: 'value' }));
-    fill(
-      view.legend,
-      ...lines.map((line, i) => {
-        const colour = element('span', { class: 'stroke', 'aria-hidden': 'true' });
-        colour.style.background = colours[i];
-        return element(
-          'span',
-          { class: 'entry' },
-          colour,
-          element('span', { class: 'name' }, line?.name ?? view.fields[i].replace(/\|/g, ' ')),
-          view.values[i],
-          iconButton('close', 'Remove from the plot', () => this.removeField(view, i), {
-            class: 'small',
-            'aria-label': `Remove ${line?.name ?? view.fields[i]} from the plot`,
-          }),
-        );
-      }),
-    );
-    view.plot.canvas.setAttribute('aria-label', `Plot of ${lines.map((l, i) => l?.name ?? view.fields[i]).join(', ')}`);
+  show(from: number, to: number): void {
+    this.window.show(from, to);
+  }
+
+  /** The length that the user has chosen, with the cursor in it. */
+  reset(): void {
+    this.window.reset(this.context.time);
   }
 
   private make(fields: string[]): void {
-    const canvas = element('canvas', { class: 'plot-canvas', role: 'img' });
-    const legend = element('div', { class: 'legend' });
-    const view: PlotView = {
-      fields,
-      plot: new Plot(canvas),
-      element: element('div', { class: 'plot' }),
-      legend,
-      legendKey: '',
-      values: [],
-    };
-    const edit = (): void => this.picker.open(view.fields, (ids) => this.setFields(view, ids));
-    view.element.append(
-      element(
-        'div',
-        { class: 'plot-head' },
-        legend,
-        element('span', { class: 'spring' }),
-        iconButton('add', 'Choose the fields of this plot', edit, { class: 'small' }),
-        iconButton('close', 'Close this plot', () => this.setFields(view, []), { class: 'small' }),
-      ),
-      canvas,
-    );
-    canvas.addEventListener('pointermove', (event) => (this.hover = view.plot.timeAt(event.offsetX) ?? NaN));
-    canvas.addEventListener('pointerleave', () => (this.hover = NaN));
-    canvas.addEventListener('click', (event) => {
-      const time = view.plot.timeAt(event.offsetX);
-      if (time !== null) this.context.seek(time);
-    });
+    const view = new PlotView(this.context, this, fields);
     this.views.push(view);
     this.list.append(view.element);
   }
@@ -280,22 +196,8 @@ export class PlotsPanel implements Panel {
     view.element.remove();
   }
 
-  private setFields(view: PlotView, fields: string[]): void {
-    if (!fields.length) this.drop(view);
-    view.fields = fields;
-    this.save();
-  }
-
-  private removeField(view: PlotView, index: number): void {
-    this.setFields(
-      view,
-      view.fields.filter((_, i) => i !== index),
-    );
-  }
-
   private setWindow(seconds: number): void {
-    this.window = seconds;
-    this.begin = this.context.time - seconds;
+    this.window.setSeconds(seconds, this.context.time);
     remember('plotWindow', seconds);
   }
 
@@ -315,27 +217,31 @@ export class PlotsPanel implements Panel {
   /** The plots with which the page begins: joints with a label, and the heights of labelled links or the differences. */
   private furnish(): void {
     const { session } = this.context;
-    if (!session.runs.length || session.runs.some((run) => !run.poses.length || !labelledJoints(run).length)) return;
-    if (session.difference && !session.difference.pairNames.length) return;
+    if (!session.runs.length || session.runs.some((run) => !run.poses.length)) return;
+    if (session.difference) return this.furnishPairs();
+    const [run] = session.runs;
+    const joints = labelledJoints(run);
+    if (!joints.length) return;
     this.furnished = true;
-    const perRun = session.runs.length > 1 ? 2 : 4;
+    this.make(joints.slice(0, 4).map((joint) => `${run.name}|joints|${joint} position`));
+    const links = trailedLinks(run);
+    if (links.length) this.make(links.slice(0, 6).map((link) => `${run.name}|poses|${link}.y`));
+  }
+
+  /** Of two runs the same joints under one sign, and by how much labelled links lie apart. */
+  private furnishPairs(): void {
+    const { pairs, difference } = this.context.session;
+    if (!difference?.pairNames.length) return;
+    this.furnished = true;
+    const joints = pairs.filter((pair) => pair.kind === 'joint' && pair.labelled);
+    // One of each module: the labels of one module tell less than those of several.
+    const firsts = joints.filter((pair, i) => joints.findIndex((p) => p.moduleA === pair.moduleA) === i);
+    if (firsts.length) this.make(firsts.slice(0, 2).map((pair) => `|pairs|${pair.name} position`));
     this.make(
-      session.runs.flatMap((run) =>
-        labelledJoints(run)
-          .slice(0, perRun)
-          .map((joint) => `${run.name}|joints|${joint} position`),
-      ),
+      trailed(difference.pairNames, (name) => name)
+        .slice(0, 8)
+        .map((name) => `|difference|${name} position`),
     );
-    if (session.difference) {
-      this.make(
-        trailed(session.difference.pairNames, (name) => name)
-          .slice(0, 8)
-          .map((name) => `|difference|${name} position`),
-      );
-    } else {
-      const links = trailedLinks(session.runs[0]);
-      if (links.length) this.make(links.slice(0, 6).map((link) => `${session.runs[0].name}|poses|${link}.y`));
-    }
   }
 }
 
@@ -358,10 +264,4 @@ function labelledJoints(run: Run): string[] {
     if (label) joints.push(`${module}.${label.target}`);
   }
   return joints;
-}
-
-/** The value of the last row at or before `time`; NaN without one. */
-function valueAt(series: Series, time: number): number {
-  const row = series.lowerBound(time + 1e-9) - 1;
-  return row >= 0 && row < series.length ? series.value(row) : NaN;
 }

@@ -1,6 +1,8 @@
 /** The list of modules with role, labels, convention signs and tasks, as of the instant that is shown. */
 
-import { endedText, type ModuleState, type Run } from '../model/run.ts';
+import type { RoleFinding } from '../model/role_questions.ts';
+import type { Run } from '../model/run.ts';
+import { endedText, type ModuleState } from '../model/run_data.ts';
 import { runHeading, type Context, type Panel } from './context.ts';
 import { breakable, button, element, fill, heading, row, swatch, table } from './dom.ts';
 
@@ -28,7 +30,7 @@ export class RolesPanel implements Panel {
     const states = session.runs.map((run) =>
       run.moduleNames.map((module) => [module, run.stateAt(module, time)] as const),
     );
-    const key = JSON.stringify([states, selected?.module, selected?.run.name]);
+    const key = JSON.stringify([states, selected?.module, selected?.run.name, session.roleQuestions.version]);
     if (key === this.shown) return;
     this.shown = key;
     const empty = element('p', { class: 'empty' }, 'The modules of a run, with their roles, labels and signs.');
@@ -62,17 +64,25 @@ export class RolesPanel implements Panel {
     });
     return element(
       'tr',
-      { 'data-module': module, 'data-role': state?.role ?? '', class: selected ? 'selected' : '' },
+      {
+        'data-module': module,
+        'data-role': state?.role ?? '',
+        class: `${selected ? 'selected' : ''} ${state?.lost ? 'lost' : ''}`.trim(),
+      },
       element('td', {}, pick),
-      element('td', {}, ...this.role(state)),
+      element('td', {}, ...this.role(run, module, state)),
       element('td', { class: 'labels' }, ...(state ? this.labels(state) : [])),
     );
   }
 
-  private role(state: ModuleState | null): (Node | string)[] {
+  private role(run: Run, module: string, state: ModuleState | null): (Node | string)[] {
     if (!state) return [element('span', { class: 'quiet' }, 'not heard yet')];
+    // Of a lost module only what it was is known.
+    if (state.lost) {
+      const was = state.role ? ` was ${state.role}` : '';
+      return [element('span', { class: 'tag lost' }, 'lost'), element('span', { class: 'quiet' }, was)];
+    }
     const remarks: string[] = [];
-    if (state.lost) remarks.push('lost');
     if (state.frozen) remarks.push('frozen');
     if (!state.hasPose) remarks.push('no pose');
     else if (state.poseStale) remarks.push('pose is stale');
@@ -83,7 +93,36 @@ export class RolesPanel implements Panel {
       state.role ? element('span', { class: 'role-name' }, ...breakable(state.role)) : element('span', { class: 'quiet' }, 'no role'),
       ...(remarks.length ? [element('span', { class: 'remark' }, ` ${remarks.join(', ')}`)] : []),
       ...(tasks ? [element('div', { class: 'tasks', title: 'What it runs now' }, tasks)] : []),
+      ...(state.role ? [] : this.missing(run, module)),
       ...(dead ? [element('div', { class: 'remark', title: 'Not run again while it has this role' }, dead)] : []),
+    ];
+  }
+
+  /** Why it has no role: first of the role that it had, then of the others, in the program's order. */
+  private missing(run: Run, module: string): HTMLElement[] {
+    const { session, time } = this.context;
+    const all = session.roleQuestions.missing(run, module, time) ?? [];
+    const had = run.roleBefore(module, time);
+    const first = all.findIndex(({ text }) => text.startsWith(`not ${had}:`));
+    const [shown, ...rest] = first > 0 ? [all[first], ...all.filter((_, i) => i !== first)] : all;
+    if (!shown) return [];
+    const line = (missing: RoleFinding): HTMLElement =>
+      element(
+        'div',
+        { class: 'missing-role' },
+        `${missing.text} `,
+        missing.line > 0 &&
+          button(
+            `${run.description.program.split('/').pop() || 'program'}:${missing.line}`,
+            () => this.context.showSource(run, { module, file: run.description.program, line: missing.line }),
+            { class: 'place', title: 'Show the program at this line' },
+          ),
+      );
+    return [
+      line(shown),
+      ...(rest.length
+        ? [element('details', {}, element('summary', {}, `and ${rest.length} more`), ...rest.map(line))]
+        : []),
     ];
   }
 

@@ -1,17 +1,20 @@
 /** The 3D view with the switches over it, and what stands in its place while there is nothing to see. */
 
 import { View3D, type ViewOptions } from '../view3d/view.ts';
+import type { Layout } from './layout.ts';
 import { trailedLinks } from './plots_panel.ts';
 import type { Context, Panel } from './context.ts';
 import { button, element, fill, swatch } from './dom.ts';
 import { recall, remember } from './settings.ts';
 
-type Flag = 'follow' | 'frames' | 'trails' | 'names' | 'ground';
+type Flag = 'follow' | 'frames' | 'trails' | 'names' | 'ground' | 'propagated' | 'forces';
 
 const FLAGS: { flag: Flag; text: string; key: string; title: string }[] = [
   { flag: 'follow', text: 'Follow', key: 'F', title: 'The camera follows the robots' },
   { flag: 'trails', text: 'Trails', key: 'T', title: 'Where labelled links were in the last seconds' },
-  { flag: 'frames', text: 'Frames', key: 'X', title: 'Frames of links: x red, y green, z blue' },
+  { flag: 'frames', text: 'Frames', key: 'X', title: 'Frames of the links of the selected module (without one, of all): x red, y green, z blue' },
+  { flag: 'forces', text: 'Forces', key: 'O', title: 'Forces of the ground and of obstacles (teal) and of pushes (pink): 1 cm a newton, at most 30 cm' },
+  { flag: 'propagated', text: 'Propagated', key: 'V', title: 'Where modules believe their links to be (propagated poses)' },
   { flag: 'names', text: 'Names', key: 'N', title: 'Names of modules' },
   { flag: 'ground', text: 'Ground', key: 'G', title: 'The grid on the ground' },
 ];
@@ -74,6 +77,7 @@ export class ScenePanel implements Panel {
       const view = new View3D(this.stage);
       Object.assign(view.options, recall<Partial<ViewOptions>>('view', {}));
       view.colour = (run, module) => this.context.colourOf(run, module);
+      view.lost = (run, module) => run.isLost(module, this.context.time);
       view.trailed = (run) => trailedLinks(run);
       view.onSelect = (selection) => this.context.select(selection);
       return view;
@@ -101,10 +105,31 @@ export class ScenePanel implements Panel {
     this.changed();
   }
 
+  /** What the view shows, for layouts. */
+  get layout(): Pick<Layout, 'flags' | 'colourBy' | 'layout' | 'camera'> {
+    if (!this.view) return {};
+    const { options } = this.view;
+    const flags = FLAGS.map(({ flag }) => flag).filter((flag) => options[flag]);
+    return { flags, colourBy: options.colourBy, layout: options.layout, camera: this.view.cameraPlace };
+  }
+
+  restore({ flags, colourBy, layout, camera }: Layout): void {
+    if (!this.view) return;
+    const { options } = this.view;
+    if (flags) for (const { flag } of FLAGS) options[flag] = flags.includes(flag);
+    if (colourBy) options.colourBy = colourBy;
+    if (layout && layout !== options.layout) {
+      options.layout = layout;
+      this.view.reframe();
+    }
+    if (camera) this.view.setCamera(camera);
+    this.changed();
+  }
+
   private changed(): void {
     if (!this.view) return;
-    const { colourBy, ground, names, follow, frames, trails, layout } = this.view.options;
-    remember('view', { colourBy, ground, names, follow, frames, trails, layout });
+    const { adaptive: _, translucent: __, ...options } = this.view.options;
+    remember('view', options);
     this.view.touch();
     this.showOptions();
   }
@@ -135,7 +160,8 @@ export class ScenePanel implements Panel {
     const names = new Map<string, string>();
     for (const run of session.runs) {
       for (const module of run.moduleNames) {
-        const name = byRole ? run.stateAt(module, time)?.role || 'no role' : module;
+        const state = run.stateAt(module, time);
+        const name = state?.lost ? 'lost' : byRole ? state?.role || 'no role' : module;
         if (!names.has(name)) names.set(name, this.context.colourOf(run, module));
       }
     }

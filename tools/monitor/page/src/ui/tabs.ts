@@ -32,6 +32,11 @@ export class Tabs {
     });
   }
 
+  /** The tab that is chosen. */
+  get chosen(): string {
+    return this.active;
+  }
+
   add(id: string, title: string, panel: Panel): void {
     const badge = element('span', { class: 'badge', hidden: true });
     const button = element(

@@ -5,6 +5,7 @@ import { timeText } from '../plot/ticks.ts';
 import type { Context, Panel } from './context.ts';
 import { button, element, setText } from './dom.ts';
 import { icon, iconButton } from './icons.ts';
+import { TimelineMarks } from './timeline_marks.ts';
 
 /** The slider counts in milliseconds. */
 const MS = 1000;
@@ -20,7 +21,7 @@ export class Timeline implements Panel {
     'aria-label': 'Instant that is shown',
     disabled: true,
   });
-  private readonly marks = element('canvas', { class: 'marks', 'aria-hidden': 'true' });
+  private readonly marks: TimelineMarks;
   private readonly playButton = button('', () => this.togglePlay(), { class: 'transport', 'data-action': 'play' });
   private readonly liveButton = button('Live', () => this.context.clock.follow(), {
     class: 'live',
@@ -37,11 +38,11 @@ export class Timeline implements Panel {
   );
   private playing: boolean | null = null;
   private dragging = false;
-  private drawnKey = '';
 
   constructor(private readonly context: Context) {
     const symbol = (name: 'stepBack' | 'stepForward' | 'start', title: string, action: () => void): HTMLElement =>
       iconButton(name, title, action, { class: 'transport', 'data-action': name });
+    this.marks = new TimelineMarks(context, this.slider);
     this.slider.addEventListener('input', () => {
       this.dragging = true;
       this.context.seek(Number(this.slider.value) / MS);
@@ -65,7 +66,7 @@ export class Timeline implements Panel {
         'div',
         { class: 'track' },
         this.begin,
-        element('div', { class: 'slider' }, this.marks, this.slider),
+        element('div', { class: 'slider' }, this.marks.canvas, this.slider, this.marks.tip),
         this.end,
       ),
     );
@@ -132,7 +133,7 @@ export class Timeline implements Panel {
     setText(this.begin, timeText(span.begin, 0));
     setText(this.end, timeText(span.end, 0));
     if (Number(this.speed.value) !== clock.speed) this.speed.value = String(clock.speed);
-    this.drawMarks(span, range);
+    this.marks.draw(span, range);
   }
 
   private showButtons(ended: boolean, some: boolean): void {
@@ -149,41 +150,5 @@ export class Timeline implements Panel {
     this.liveButton.setAttribute('aria-pressed', clock.mode === 'follow' ? 'true' : 'false');
     this.liveButton.title = clock.mode === 'follow' ? 'The newest instant is shown' : 'Show the newest instant (End)';
     for (const control of this.element.querySelectorAll<HTMLButtonElement>('.buttons button')) control.disabled = !some;
-  }
-
-  /** What is loaded, and when something happened, on the slider's track. */
-  private drawMarks(span: { begin: number; end: number }, range: { begin: number; end: number }): void {
-    const canvas = this.marks;
-    const reports = this.context.session.runs.map((run) => run.reportVersion);
-    const key = [
-      span.begin,
-      span.end,
-      range.begin,
-      range.end,
-      canvas.clientWidth,
-      document.documentElement.dataset.theme,
-      reports,
-    ].join();
-    if (key === this.drawnKey) return;
-    this.drawnKey = key;
-    const width = canvas.clientWidth;
-    const height = canvas.clientHeight;
-    if (canvas.width !== width || canvas.height !== height) {
-      canvas.width = width;
-      canvas.height = height;
-    }
-    const context = canvas.getContext('2d');
-    if (!context || span.end <= span.begin) return;
-    const styles = getComputedStyle(canvas);
-    const x = (t: number): number => ((t - span.begin) / (span.end - span.begin)) * width;
-    context.clearRect(0, 0, width, height);
-    context.fillStyle = styles.getPropertyValue('--loaded');
-    context.fillRect(x(range.begin), height / 2 - 3, Math.max(1, x(range.end) - x(range.begin)), 6);
-    for (const run of this.context.session.runs) {
-      context.fillStyle = styles.getPropertyValue('--event');
-      for (const event of run.events.list) context.fillRect(x(event.time), height / 2 + 4, 1.5, 4);
-      context.fillStyle = styles.getPropertyValue('--fault');
-      for (const fault of run.faults.list) context.fillRect(x(fault.time), height / 2 - 9, 2, 6);
-    }
   }
 }

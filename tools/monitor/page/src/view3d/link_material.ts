@@ -9,7 +9,10 @@ const SHARP = Math.cos((20 * Math.PI) / 180);
 const EDGE = 0.55;
 const SELECTED_EDGE = 1.6;
 
-/** A material whose edges are drawn by the fragment's distance to them; the geometry needs addEdges(). */
+/**
+ * A material whose edges are drawn by the fragment's distance to them; the geometry needs addEdges(), and `ownColour`:
+ * a colour of the point that counts instead of the material's (sRGB and 1), or zeros.
+ */
 export class LinkMaterial extends MeshLambertMaterial {
   private readonly edgeShade = { value: EDGE };
 
@@ -18,10 +21,21 @@ export class LinkMaterial extends MeshLambertMaterial {
     this.onBeforeCompile = (shader) => {
       shader.uniforms.edgeShade = this.edgeShade;
       shader.vertexShader = shader.vertexShader
-        .replace('#include <common>', 'attribute vec3 edge;\nvarying vec3 vEdge;\n#include <common>')
-        .replace('#include <begin_vertex>', '#include <begin_vertex>\nvEdge = edge;');
+        .replace(
+          '#include <common>',
+          'attribute vec3 edge;\nattribute vec4 ownColour;\nvarying vec3 vEdge;\nvarying vec4 vOwn;\n#include <common>',
+        )
+        .replace('#include <begin_vertex>', '#include <begin_vertex>\nvEdge = edge;\nvOwn = ownColour;');
       shader.fragmentShader = shader.fragmentShader
-        .replace('#include <common>', 'uniform float edgeShade;\nvarying vec3 vEdge;\n#include <common>')
+        .replace(
+          '#include <common>',
+          'uniform float edgeShade;\nvarying vec3 vEdge;\nvarying vec4 vOwn;\n#include <common>',
+        )
+        .replace(
+          '#include <color_fragment>',
+          // Colours come as sRGB, and light is added up in linear values.
+          '#include <color_fragment>\ndiffuseColor.rgb = mix(diffuseColor.rgb, pow(vOwn.rgb, vec3(2.2)), vOwn.a);',
+        )
         .replace(
           '#include <opaque_fragment>',
           `#include <opaque_fragment>

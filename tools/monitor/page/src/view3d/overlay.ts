@@ -2,12 +2,13 @@
 
 import { Vector3, type PerspectiveCamera } from 'three';
 import { element, setText } from '../ui/dom.ts';
+import { AXIS_COLOURS } from './palette.ts';
 
 /** The axes of the world: x north, y up, z east; the colours are those of frames. */
 const DIRECTIONS = [
-  { name: 'N', axis: new Vector3(1, 0, 0), colour: '#d64545' },
-  { name: 'Up', axis: new Vector3(0, 1, 0), colour: '#3f9c4a' },
-  { name: 'E', axis: new Vector3(0, 0, 1), colour: '#3b82c4' },
+  { name: 'N', axis: new Vector3(1, 0, 0), colour: AXIS_COLOURS[0] },
+  { name: 'Up', axis: new Vector3(0, 1, 0), colour: AXIS_COLOURS[1] },
+  { name: 'E', axis: new Vector3(0, 0, 1), colour: AXIS_COLOURS[2] },
 ];
 
 export class ViewOverlay {

@@ -6,6 +6,18 @@
 /** The colour of a module or link of which nothing is known. */
 export const UNKNOWN = '#8a919c';
 
+/** x, y, z of frames, and so north, up, east of the world. */
+export const AXIS_COLOURS = ['#e03131', '#2f9e44', '#1c7ed6'];
+
+/** Forces by the table that has them. */
+export const FORCE_COLOURS = { contacts: '#12a594', pushes: '#e0308a' };
+
+/** Around the selected module. */
+export const SELECTED = '#1f7ae0';
+
+/** Where modules believe their links to be. */
+export const PROPAGATED = '#e8930c';
+
 /** Lines in plots that are of no module. */
 export const LINE_COLOURS = ['#3b82c4', '#e07b1a', '#3f9c4a', '#d1495b', '#8a63b8', '#1f9e9e', '#b58900', '#d16ba5'];
 

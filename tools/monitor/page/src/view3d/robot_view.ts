@@ -1,7 +1,7 @@
 /** One robot in the scene: its links with their shapes, frames, names and trails, and the obstacles of its world. */
 
 import {
-  AxesHelper,
+  BackSide,
   BufferAttribute,
   BufferGeometry,
   BoxGeometry,
@@ -10,18 +10,23 @@ import {
   Line,
   LineBasicMaterial,
   Mesh,
+  MeshBasicMaterial,
   Vector3,
   type Object3D,
 } from 'three';
-import { POSE_COLUMNS, type Run, type Shape } from '../model/run.ts';
+import type { Run } from '../model/run.ts';
+import { POSE_COLUMNS, type Shape } from '../model/run_data.ts';
+import { ForceView } from './force_view.ts';
 import { fixedPoseAt } from './interpolate.ts';
 import { addEdges, LinkMaterial } from './link_material.ts';
+import { PROPAGATED, SELECTED } from './palette.ts';
+import { axesGeometry, outlineOf } from './solids.ts';
 
 /** Points of a trail at most, and how many seconds of sim time it goes back. */
 const TRAIL_POINTS = 120;
 const TRAIL_SECONDS = 6;
 /** How long an axis of a frame is drawn, metres. */
-const FRAME_SIZE = 0.035;
+const FRAME_SIZE = 0.055;
 
 /** Of obstacles, which shall not be taken for modules. */
 const OBSTACLE_COLOUR = '#8f8a84';
@@ -31,18 +36,38 @@ const LINK_ROOM = 0.06;
 
 /** What is drawn of the robots. */
 export interface RobotOptions {
+  /** Of the selected module; of all where none of the robot is. */
   frames: boolean;
   trails: boolean;
+  /** Where the modules believe their links to be. */
+  propagated: boolean;
+  /** What pushes, as arrows. */
+  forces: boolean;
   /** Drawn so that what lies behind can be seen. */
   translucent: boolean;
 }
+
+/** How a module is drawn. */
+export interface ModuleLook {
+  colour: string;
+  /** The run goes on without it: what is left of it is there, and does nothing. */
+  lost: boolean;
+}
+
+/** How much is seen of a robot over another one, and of a lost module. */
+const TRANSLUCENT = 0.4;
+const LOST = 0.22;
 
 interface LinkView {
   name: string;
   module: string;
   object: Group;
   mesh: Mesh<BufferGeometry, LinkMaterial>;
-  frame: AxesHelper | null;
+  frame: Mesh | null;
+  /** The link where its module believes it to be. */
+  ghost: Mesh | null;
+  /** Around a link of the selected module. */
+  outline: Mesh | null;
   shaped: boolean;
 }
 
@@ -58,6 +83,7 @@ function geometryOf(shape: Shape | undefined): BufferGeometry {
   if (shape) {
     const indexed = new BufferGeometry();
     indexed.setAttribute('position', new BufferAttribute(shape.positions, 3));
+    if (shape.ownColours) indexed.setAttribute('ownColour', new BufferAttribute(shape.ownColours, 4));
     if (shape.indices) indexed.setIndex(new BufferAttribute(shape.indices, 1));
     geometry = shape.indices ? indexed.toNonIndexed() : indexed;
     geometry.computeVertexNormals();
@@ -65,6 +91,10 @@ function geometryOf(shape: Shape | undefined): BufferGeometry {
     geometry = new BoxGeometry(0.02, 0.02, 0.02).toNonIndexed();
   }
   addEdges(geometry);
+  if (!geometry.hasAttribute('ownColour')) {
+    const none = new Float32Array(geometry.getAttribute('position').count * 4);
+    geometry.setAttribute('ownColour', new BufferAttribute(none, 4));
+  }
   return geometry;
 }
 
@@ -77,8 +107,22 @@ export class RobotView {
   private trails: Trail[] = [];
   private trailKey = '';
   private structure = -1;
+  private readonly forces = new ForceView();
+  private readonly axes = axesGeometry();
+  // Frames are seen through the links that they lie in.
+  private readonly axesMaterial = new MeshBasicMaterial({ vertexColors: true, depthTest: false, transparent: true });
+  private readonly ghostMaterial = new MeshBasicMaterial({
+    color: PROPAGATED,
+    transparent: true,
+    opacity: 0.3,
+    depthWrite: false,
+  });
 
-  constructor(readonly run: Run) {}
+  private readonly outlineMaterial = new MeshBasicMaterial({ color: SELECTED, side: BackSide });
+
+  constructor(readonly run: Run) {
+    this.group.add(this.forces.group);
+  }
 
   /** The links' meshes, for picking. */
   get meshes(): Object3D[] {
@@ -115,11 +159,11 @@ export class RobotView {
     return { radius: radius + LINK_ROOM, halfWidth: halfWidth + LINK_ROOM };
   }
 
-  /** Shows the robot as it was at `time`. `colour` gives each module's colour, `trailed` the links that leave trails. */
+  /** Shows the robot as it was at `time`. `look` says how each module is drawn, `trailed` the links that leave trails. */
   show(
     time: number,
     options: RobotOptions,
-    colour: (module: string) => string,
+    look: (module: string) => ModuleLook,
     selected: string | null,
     trailed: readonly string[],
   ): void {
@@ -135,15 +179,21 @@ export class RobotView {
       link.object.quaternion.set(pose.q[1], pose.q[2], pose.q[3], pose.q[0]);
       this.centre.add(link.object.position);
       n++;
-      this.paint(link, colour(link.module), selected === link.module, options.translucent);
-      this.showFrame(link, options.frames);
+      const { colour, lost } = look(link.module);
+      this.showOutline(link, selected === link.module);
+      this.paint(link, colour, selected === link.module, lost ? LOST : options.translucent ? TRANSLUCENT : 1);
+      this.showFrame(link, options.frames && (selected === null || selected === link.module));
     });
+    this.showGhosts(time, options.propagated);
+    this.forces.show(this.run, time, options.forces, (link) => this.placeOf(link));
     if (n) this.centre.divideScalar(n);
-    this.showTrails(time, row, options, colour, trailed);
+    this.showTrails(time, row, options, (module) => look(module).colour, trailed);
   }
 
   dispose(): void {
+    this.outlineMaterial.dispose();
     for (const link of this.links) {
+      link.outline?.geometry.dispose();
       link.mesh.geometry.dispose();
       link.mesh.material.dispose();
     }
@@ -152,26 +202,59 @@ export class RobotView {
       mesh.material.dispose();
     }
     this.dropTrails();
+    this.forces.dispose();
+    this.axes.dispose();
+    this.axesMaterial.dispose();
+    this.ghostMaterial.dispose();
   }
 
-  private paint(link: LinkView, colour: string, selected: boolean, translucent: boolean): void {
+  /** Where a link is drawn; null if nowhere. */
+  private placeOf(name: string): Vector3 | null {
+    const link = this.links[this.run.linkIndex(name)];
+    return link?.object.visible ? link.object.position : null;
+  }
+
+  private showGhosts(time: number, visible: boolean): void {
+    for (const link of this.links) {
+      const pose = visible ? this.run.propagatedPose(link.name, time) : null;
+      if (pose && !link.ghost) {
+        link.ghost = new Mesh(link.mesh.geometry, this.ghostMaterial);
+        this.group.add(link.ghost);
+      }
+      if (!link.ghost) continue;
+      link.ghost.visible = pose !== null;
+      if (!pose) continue;
+      link.ghost.position.set(...pose.p);
+      link.ghost.quaternion.set(pose.q[1], pose.q[2], pose.q[3], pose.q[0]);
+    }
+  }
+
+  private paint(link: LinkView, colour: string, selected: boolean, opacity: number): void {
     const material = link.mesh.material;
     material.color.set(colour);
     material.emissive.set(selected ? colour : '#000000');
     material.emissiveIntensity = selected ? 0.45 : 0;
-    if (material.transparent !== translucent) {
-      material.transparent = translucent;
-      material.opacity = translucent ? 0.4 : 1;
-      material.depthWrite = !translucent;
+    if (material.opacity !== opacity) {
+      material.opacity = opacity;
+      material.transparent = opacity < 1;
+      material.depthWrite = opacity === 1;
       material.needsUpdate = true;
     }
     material.setSelected(selected);
   }
 
+  private showOutline(link: LinkView, visible: boolean): void {
+    if (visible && !link.outline) {
+      link.outline = new Mesh(outlineOf(link.mesh.geometry), this.outlineMaterial);
+      link.object.add(link.outline);
+    }
+    if (link.outline) link.outline.visible = visible;
+  }
+
   private showFrame(link: LinkView, visible: boolean): void {
     if (visible && !link.frame) {
-      link.frame = new AxesHelper(FRAME_SIZE);
-      (link.frame.material as LineBasicMaterial).depthTest = false;
+      link.frame = new Mesh(this.axes, this.axesMaterial);
+      link.frame.scale.setScalar(FRAME_SIZE);
       link.frame.renderOrder = 2;
       link.object.add(link.frame);
     }
@@ -186,7 +269,7 @@ export class RobotView {
       const known = this.links[index];
       const shape = this.run.shapes.get(name);
       if (known && (known.shaped || !shape)) return;
-      if (known) this.group.remove(known.object);
+      if (known) this.group.remove(known.object, ...(known.ghost ? [known.ghost] : []));
       this.links[index] = this.makeLink(name);
     });
     for (const [name, shape] of this.run.obstacles) {
@@ -207,7 +290,7 @@ export class RobotView {
     const object = new Group();
     object.add(mesh);
     this.group.add(object);
-    return { name, module: name.split('/')[0], object, mesh, frame: null, shaped: shape !== undefined };
+    return { name, module: name.split('/')[0], object, mesh, frame: null, ghost: null, outline: null, shaped: shape !== undefined };
   }
 
   private dropTrails(): void {

@@ -14,7 +14,7 @@ import {
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Run } from '../model/run.ts';
 import { Ground } from './ground.ts';
-import { RobotView, type RobotOptions } from './robot_view.ts';
+import { RobotView, type ModuleLook, type RobotOptions } from './robot_view.ts';
 import { ViewOverlay } from './overlay.ts';
 
 /** What the view shows. */
@@ -54,11 +54,15 @@ export class View3D {
     follow: true,
     frames: false,
     trails: true,
+    propagated: false,
+    forces: true,
     translucent: false,
     layout: 'beside',
   };
   /** Who is asked for a module's colour. */
   colour: (run: Run, module: string) => string = () => '#888888';
+  /** Whether the run had gone on without a module at the instant that is shown. */
+  lost: (run: Run, module: string) => boolean = () => false;
   /** The links of a run that leave trails. */
   trailed: (run: Run) => readonly string[] = () => [];
   selected: { run: Run; module: string } | null = null;
@@ -75,6 +79,7 @@ export class View3D {
   private robots: RobotView[] = [];
   private readonly target = new Vector3(0, 0.08, 0);
   private framed = false;
+  private wantedCamera: number[] | null = null;
   private dirty = true;
   private shownTime = NaN;
   private pixelRatio = Math.min(window.devicePixelRatio || 1, 2);
@@ -136,6 +141,18 @@ export class View3D {
     this.dirty = true;
   }
 
+  /** Where the camera is and looks to, relative to where the robots are. */
+  get cameraPlace(): number[] {
+    const relative = (v: Vector3): number[] => v.clone().sub(this.target).toArray();
+    return [...relative(this.camera.position), ...relative(this.controls.target)];
+  }
+
+  /** Puts the camera there as soon as the robots are. */
+  setCamera(place: readonly number[]): void {
+    this.wantedCamera = [...place];
+    this.dirty = true;
+  }
+
   /** Something of what is shown has changed: the next call of render() draws. */
   touch(): void {
     this.dirty = true;
@@ -179,10 +196,13 @@ export class View3D {
   private placeRobots(time: number): void {
     const beside = this.robots.length > 1 && this.options.layout === 'beside';
     this.robots.forEach((robot, i) => {
-      const colour = (module: string): string => this.colour(robot.run, module);
+      const look = (module: string): ModuleLook => ({
+        colour: this.colour(robot.run, module),
+        lost: this.lost(robot.run, module),
+      });
       const selected = this.selected?.run === robot.run ? this.selected.module : null;
       const options = { ...this.options, translucent: this.robots.length > 1 && !beside && i > 0 };
-      robot.show(time, options, colour, selected, this.trailed(robot.run));
+      robot.show(time, options, look, selected, this.trailed(robot.run));
     });
     if (beside && !this.framed) {
       const gap = this.robots[0].extent().halfWidth + this.robots[1].extent().halfWidth + 0.1;
@@ -215,6 +235,13 @@ export class View3D {
         this.target.add(step);
       }
     }
+    if (this.wantedCamera && this.framed) {
+      const [x, y, z, ...to] = this.wantedCamera;
+      this.wantedCamera = null;
+      this.camera.position.set(x, y, z).add(this.target);
+      this.controls.target.set(to[0], to[1], to[2]).add(this.target);
+      this.controls.update();
+    }
     this.ground.mesh.visible = this.options.ground;
     this.ground.moveTo(this.controls.target.x, this.controls.target.z);
   }
@@ -229,8 +256,11 @@ export class View3D {
   private names(): { text: string; place: Vector3; kind: string }[] {
     const names: { text: string; place: Vector3; kind: string }[] = [];
     for (const robot of this.robots) {
-      if (this.options.names)
-        for (const [text, place] of robot.modulePlaces()) names.push({ text, place, kind: 'module' });
+      for (const [module, place] of robot.modulePlaces()) {
+        const lost = this.lost(robot.run, module);
+        if (lost) names.push({ text: `${module} lost`, place, kind: 'lost' });
+        else if (this.options.names) names.push({ text: module, place, kind: 'module' });
+      }
       if (this.robots.length < 2 || this.options.layout !== 'beside' || !robot.run.poses.length) continue;
       const place = robot.centre.clone().add(robot.group.position);
       place.y += 0.2;

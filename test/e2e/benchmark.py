@@ -1,0 +1,141 @@
+#!/usr/bin/env python3
+"""`morphbus benchmark`: tasks as data, robots at them, and the results that ship.
+
+`Some` does few short rows and what is refused; `All` every row of models/benchmark, which takes many minutes.
+"""
+import json
+import shutil
+import subprocess
+import unittest
+
+from support import SOURCE, Case, as_json, morphbus
+
+FOLDER = SOURCE / 'models' / 'benchmark'
+RESULTS = json.loads((FOLDER / 'results.json').read_text(encoding='utf-8'))
+# Rows of a few seconds each.
+SHORT = (('straight', 'train'), ('turn', 'car'), ('push', 'ckbot_snake4'))
+
+
+def result(task, robot):
+    return next(row for row in RESULTS if row['task'] == task and row['robot'] == robot)
+
+
+class Some(Case):
+    def benchmark(self, *arguments, **options):
+        return morphbus('benchmark', *arguments, **options)
+
+    def own(self, **files):
+        """A folder with tasks of one's own, by name."""
+        folder = self.folder / 'tasks'
+        folder.mkdir()
+        for name, text in files.items():
+            (folder / f'{name}.toml').write_text(text, encoding='utf-8')
+        return folder
+
+    def test_short_rows_are_as_they_ship(self):
+        for task, robot in SHORT:
+            rows = as_json('benchmark', FOLDER, '--task', task, '--robot', robot)['rows']
+            self.assertEqual(rows, [row for row in RESULTS if row['task'] == task and row['robot'] == robot])
+
+    def test_another_result_than_the_one_that_ships_is_told(self):
+        folder = self.folder / 'models'
+        shutil.copytree(FOLDER.parent, folder)
+        path = folder / 'benchmark' / 'results.json'
+        text = path.read_text(encoding='utf-8')
+        task, robot = SHORT[0]
+        hash_now = result(task, robot)['hash']
+        path.write_text(text.replace(hash_now, '0' * 32), encoding='utf-8')
+        where = ('benchmark', folder / 'benchmark', '--task', task, '--robot', robot)
+        done = morphbus(*where, status=1)
+        self.assertIn(f'hash {hash_now}, in results.json', done.stderr)
+        # --write puts that right, and nothing else.
+        morphbus(*where, '--write')
+        self.assertEqual(path.read_text(encoding='utf-8'), text)
+
+    def test_a_robot_of_ones_own_stands_beside_those_that_ship(self):
+        model, program = SOURCE / 'models' / 'atron.m3l', SOURCE / 'models' / 'programs' / 'car.dyn'
+        done = self.benchmark(FOLDER, model, program, '--robot', 'car', '--task', 'turn', status=1)
+        lines = [line for line in done.stdout.splitlines() if line.startswith('  car, car ')]
+        self.assertEqual(len(lines), 2, done.stdout)
+        self.assertEqual(lines[0], lines[1], 'the same program gets the same')
+        for row in RESULTS:
+            if row['task'] == 'turn':
+                self.assertIn(row['hash'], done.stdout)
+        self.assertNotIn('10 m straight', done.stdout)
+
+    def test_a_task_is_a_file(self):
+        folder = self.own(creep='title = "a little way"\nseconds = 5\nuntil = "distance >= 5 cm"\n'
+                                'met = "distance >= 5 cm and num_faults == 0"\n')
+        model, program = SOURCE / 'models' / 'atron.m3l', SOURCE / 'models' / 'programs' / 'car.dyn'
+        own = ('benchmark', folder, model, program, '--robot', 'car')
+        row = as_json(*own)['rows'][0]
+        self.assertTrue(row['met'])
+        figures = row['figures']
+        self.assertGreaterEqual(figures['distance'], 0.05)
+        self.assertLess(figures['seconds'], 5)
+        self.assertAlmostEqual(figures['speed'], figures['distance'] / figures['seconds'])
+        # The figures are those of the run, which anybody can do: it was told to stop at that tick.
+        stop = self.folder / 'stop.commands'
+        stop.write_text(f'{round(figures["seconds"] / 0.02) + 1} stop\n', encoding='utf-8')
+        run = as_json('run', model, program, '--robot', 'car', '--inproc', '--no-log', '--seconds', 5, '--commands', stop)
+        self.assertEqual(run['hash'], row['hash'])
+        self.assertAlmostEqual(run['energy'], figures['energy'])
+        north, _, east = run['displacement']
+        self.assertLess(abs((north * north + east * east) ** 0.5 - figures['distance']), 0.01)
+        # What it cannot do is said, with status 1.
+        (folder / 'creep.toml').write_text('title = "far"\nseconds = 2\nmet = "distance >= 5 m"\n', encoding='utf-8')
+        self.assertIn(' no ', morphbus(*own, status=1).stdout)
+
+    def test_a_push_is_a_share_of_the_weight(self):
+        folder = self.own(push='title = "pushed"\nseconds = 4\nmet = "speed_before >= 0"\n[push]\nafter = 1\nseconds = 0.5\n'
+                               'direction = "EAST"\nweights = 2\nsettle = 0.5\n')
+        model, program = SOURCE / 'models' / 'atron.m3l', SOURCE / 'models' / 'programs' / 'car.dyn'
+        figures = as_json('benchmark', folder, model, program, '--robot', 'car')['rows'][0]['figures']
+        (folder / 'push.toml').write_text((folder / 'push.toml').read_text().replace('weights = 2', 'weights = 0.001'))
+        little = as_json('benchmark', folder, model, program, '--robot', 'car')['rows'][0]['figures']
+        self.assertGreater(figures['east'] - little['east'], 0.05, (figures, little))
+        self.assertEqual(figures['speed_before'], little['speed_before'])
+
+    def test_mistakes_have_their_place(self):
+        car = (SOURCE / 'models' / 'atron.m3l', SOURCE / 'models' / 'programs' / 'car.dyn', '--robot', 'car')
+        for text, message in (
+                ('title = "a"\nseconds = 5\nmet = "distnace >= 1"\n', "task.toml:3:8: error: there is no figure 'distnace' here"),
+                ('title = "a"\nseconds = 5\nuntil = "drift > 1"\nmet = "up > 1"\n', "there is no figure 'drift' here"),
+                ('title = "a"\nseconds = 0\nmet = "up > 1"\n', 'task.toml:2:11: error: expected a number above 0'),
+                ('title = "a"\nseconds = 5\nmet = "up >"\n', 'task.toml:3:'),
+                ('title = "a"\nsecond = 5\nmet = "up > 1"\n', "did you mean 'seconds'?"),
+                ('title = "a"\nseconds = 5\n', 'a task says when it is met'),
+                ('title = "a"\nseconds = 5\nmet = "up > 1"\n[push]\nafter = 1\n', 'a push has after, seconds'),
+                ('title = "a', 'task.toml:1:')):
+            with self.subTest(text=text):
+                shutil.rmtree(self.folder / 'tasks', ignore_errors=True)
+                self.assertIn(message, self.benchmark(self.own(task=text), *car, status=2).stderr)
+        self.assertIn('no task is in it', self.benchmark(self.folder, *car, status=2).stderr)
+        self.assertIn("did you mean 'straight'?", self.benchmark(FOLDER, *car, '--task', 'strait', status=2).stderr)
+        self.assertIn('a model and a program, or neither', self.benchmark(FOLDER, car[0], status=2).stderr)
+        self.assertIn('no robot of this folder', self.benchmark(FOLDER, '--robot', 'nobody', status=2).stderr)
+        self.assertIn('of your own', self.benchmark(FOLDER, '--set', 'swing=1', status=2).stderr)
+
+
+class Shipped(unittest.TestCase):
+    def test_every_robot_meets_its_row(self):
+        robots = {(row['robot'], row['program'], row['settings']) for row in RESULTS}
+        met = {(row['robot'], row['program'], row['settings']) for row in RESULTS if row['met']}
+        self.assertEqual(robots - met, set(), 'robots that meet no task')
+        for row in RESULTS:
+            self.assertRegex(row['hash'] or '', r'^[0-9a-f]{32}$', row)
+            self.assertIsNone(row['error'])
+
+    def test_the_document_has_the_results(self):
+        done = subprocess.run([SOURCE / 'tools' / 'benchmark_table', '--check'], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+
+class All(Case):
+    def test_all_rows_are_as_they_ship(self):
+        rows = as_json('benchmark', FOLDER, timeout=3600)['rows']
+        self.assertEqual(rows, RESULTS)
+
+
+if __name__ == '__main__':
+    unittest.main()

@@ -1,0 +1,256 @@
+#include "tools/benchmark/benchmark_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "compiler/source/toml.h"
+#include "tools/base/files.h"
+#include "tools/base/messages.h"
+
+namespace morphbus::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using source::TomlEntry;
+using source::TomlValue;
+
+constexpr const char* kRobots = "robots.toml";
+
+/// Reads the tree of one file, whose errors go to `diagnostics`. Paths are relative to the file.
+class BenchmarkReader {
+ public:
+  BenchmarkReader(int file, std::string folder, source::Diagnostics* diagnostics)
+      : top_{file, 0, 1}, folder_(std::move(folder)), diagnostics_(*diagnostics) {}
+
+  std::optional<BenchmarkTask> Task(const std::string& name, const TomlValue::Table& table) {
+    BenchmarkTask task;
+    task.name = name;
+    for (const TomlEntry& entry : table) {
+      const std::string& key = entry.key;
+      if (key == "title") {
+        Text(entry.value, &task.title);
+      } else if (key == "seconds") {
+        Number(entry.value, 0, 1e5, &task.seconds);
+      } else if (key == "world") {
+        Path(entry.value, &task.world);
+      } else if (key == "friction") {
+        Number(entry.value, 0, 10, &task.friction);
+      } else if (key == "until") {
+        task.until = Expression(entry.value, BenchmarkFigures(false));
+      } else if (key == "met") {
+        task.met = Expression(entry.value, BenchmarkFigures(true));
+      } else if (key == "push") {
+        task.push = Push(entry.value);
+      } else {
+        Unknown(entry, {"title", "seconds", "world", "friction", "until", "met", "push"});
+      }
+    }
+    if (task.title.empty()) Wrong(top_, "a task has a title");
+    if (task.seconds == 0) Wrong(top_, "a task says how many seconds it may take");
+    if (!task.met) Wrong(top_, "a task says when it is met", "add met = \"distance >= 10 m\"");
+    if (task.push &&
+        task.push->after_s + task.push->seconds + task.push->settle_s >= task.seconds) {
+      Wrong(top_, "the task is over before the robot has settled from its push");
+    }
+    return task;
+  }
+
+  std::vector<BenchmarkRobot> Robots(const TomlValue::Table& table) {
+    std::vector<BenchmarkRobot> robots;
+    for (const TomlEntry& entry : table) {
+      const TomlValue::Array* rows = entry.value.array();
+      if (entry.key != "robot" || rows == nullptr) {
+        Wrong(entry.key_span, "expected [[robot]]");
+        continue;
+      }
+      for (const TomlValue& row : *rows) robots.push_back(Robot(row));
+    }
+    return robots;
+  }
+
+ private:
+  void Wrong(const source::Span& span, std::string message, std::string hint = "") {
+    diagnostics_.Error(span, std::move(message)).Hint(std::move(hint));
+  }
+  void Unknown(const TomlEntry& entry, const std::vector<std::string>& known) {
+    Wrong(entry.key_span, fmt::format("there is no key '{}'", entry.key),
+          source::NearestHint(entry.key, known, "docs/benchmark.md has those that there are"));
+  }
+
+  void Text(const TomlValue& value, std::string* out) {
+    if (value.text() == nullptr || value.text()->empty()) {
+      return Wrong(value.span, "expected a text");
+    }
+    *out = *value.text();
+  }
+  void Path(const TomlValue& value, std::string* out) {
+    Text(value, out);
+    if (!out->empty()) *out = (fs::path(folder_) / *out).lexically_normal().string();
+  }
+  /// A number above `least` and up to `most`.
+  void Number(const TomlValue& value, double least, double most, double* out) {
+    const std::optional<double> number = value.number();
+    if (!number || !(*number > least && *number <= most)) {
+      return Wrong(value.span, fmt::format("expected a number above {}, up to {}", least, most));
+    }
+    *out = *number;
+  }
+  void Texts(const TomlValue& value, std::vector<std::string>* out) {
+    if (value.array() == nullptr) return Wrong(value.span, "expected a list of texts");
+    for (const TomlValue& item : *value.array()) Text(item, &out->emplace_back());
+  }
+
+  std::optional<FigureExpression> Expression(const TomlValue& value,
+                                             const std::vector<std::string>& figures) {
+    std::string text;
+    Text(value, &text);
+    if (text.empty()) return std::nullopt;
+    ExpressionError error;
+    // Behind the quotation mark; escapes in the text are not counted.
+    const auto at = [&value](size_t offset, size_t size) -> source::Span {
+      const size_t begin = std::min(value.span.begin + 1 + offset, value.span.end);
+      return {value.span.file, begin, std::min(begin + size, value.span.end)};
+    };
+    std::optional<FigureExpression> expression = FigureExpression::Read(text, &error);
+    if (!expression) return diagnostics_.Error(at(error.offset, 1), error.message);
+    for (const auto& [name, offset] : expression->names()) {
+      if (std::ranges::find(figures, name) != figures.end()) continue;
+      Wrong(at(offset, name.size()), fmt::format("there is no figure '{}' here", name),
+            source::NearestHint(name, figures, "docs/benchmark.md has those that there are"));
+    }
+    return expression;
+  }
+
+  std::optional<BenchmarkPush> Push(const TomlValue& value) {
+    BenchmarkPush push;
+    if (value.table() == nullptr) {
+      Wrong(value.span, "expected a table: [push]");
+      return std::nullopt;
+    }
+    for (const TomlEntry& entry : *value.table()) {
+      const std::string& key = entry.key;
+      if (key == "after") {
+        Number(entry.value, 0, 1e5, &push.after_s);
+      } else if (key == "seconds") {
+        Number(entry.value, 0, 1e4, &push.seconds);
+      } else if (key == "settle") {
+        Number(entry.value, 0, 1e4, &push.settle_s);
+      } else if (key == "weights") {
+        Number(entry.value, 0, 100, &push.weights);
+      } else if (key == "direction") {
+        Text(entry.value, &push.direction);
+      } else {
+        Unknown(entry, {"after", "seconds", "settle", "weights", "direction"});
+      }
+    }
+    const bool whole = push.after_s > 0 && push.seconds > 0 && push.settle_s > 0 &&
+                       push.weights > 0 && !push.direction.empty();
+    if (!whole) Wrong(value.span, "a push has after, seconds, direction, weights and settle");
+    return push;
+  }
+
+  BenchmarkRobot Robot(const TomlValue& value) {
+    BenchmarkRobot robot;
+    if (value.table() == nullptr) {
+      Wrong(value.span, "expected a table: [[robot]]");
+      return robot;
+    }
+    for (const TomlEntry& entry : *value.table()) {
+      const std::string& key = entry.key;
+      if (key == "model") {
+        Path(entry.value, &robot.model);
+      } else if (key == "robot") {
+        Text(entry.value, &robot.robot);
+      } else if (key == "program") {
+        Path(entry.value, &robot.program);
+      } else if (key == "compiled_for") {
+        Path(entry.value, &robot.compiled_for);
+      } else if (key == "params") {
+        Path(entry.value, &robot.params);
+      } else if (key == "set") {
+        Texts(entry.value, &robot.set);
+      } else if (key == "tasks") {
+        Texts(entry.value, &robot.tasks);
+      } else {
+        Unknown(entry, {"model", "robot", "program", "compiled_for", "params", "set", "tasks"});
+      }
+    }
+    if (robot.model.empty() || robot.robot.empty() || robot.program.empty()) {
+      Wrong(value.span, "a robot has model, robot and program");
+    }
+    return robot;
+  }
+
+  source::Span top_;
+  std::string folder_;
+  source::Diagnostics& diagnostics_;
+};
+
+/// Reads one file into `benchmark`. False after printing what is wrong with it.
+bool ReadInto(const fs::path& path, Benchmark* benchmark) {
+  const Result<std::string> text = ReadFile(path.string(), 1 << 20);
+  if (!text) {
+    Unusable(text.error().message);
+    return false;
+  }
+  source::SourceSet sources;
+  source::Diagnostics diagnostics;
+  const int file = sources.AddText(path.string(), *text);
+  source::CheckUtf8(sources, file, &diagnostics);
+  std::optional<TomlValue::Table> table;
+  if (!diagnostics.had_errors()) table = source::ParseToml(sources, file, &diagnostics);
+  if (table) {
+    BenchmarkReader reader(file, benchmark->folder, &diagnostics);
+    if (path.filename() == kRobots) {
+      benchmark->robots = reader.Robots(*table);
+    } else if (std::optional<BenchmarkTask> task = reader.Task(path.stem().string(), *table)) {
+      benchmark->tasks.push_back(std::move(*task));
+    }
+  }
+  PrintDiagnostics(diagnostics, sources);
+  return !diagnostics.had_errors();
+}
+
+}  // namespace
+
+std::optional<Benchmark> ReadBenchmark(const std::string& folder) {
+  Benchmark benchmark;
+  benchmark.folder = folder;
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().extension() == ".toml") files.push_back(entry.path());
+  }
+  if (error) return Refuse(fmt::format("{}: {}", folder, error.message()));
+  std::sort(files.begin(), files.end());
+  for (const fs::path& path : files) {
+    if (!ReadInto(path, &benchmark)) return std::nullopt;
+  }
+  if (benchmark.tasks.empty()) return Refuse(folder + ": no task is in it (docs/benchmark.md)");
+  // A misspelt task would else be left out in silence.
+  for (const BenchmarkRobot& robot : benchmark.robots) {
+    for (const std::string& name : robot.tasks) {
+      if (std::ranges::find(benchmark.tasks, name, &BenchmarkTask::name) != benchmark.tasks.end()) {
+        continue;
+      }
+      return Refuse(fmt::format("{}/{}: robot {} has a task '{}', which no file is called by",
+                                folder, kRobots, robot.robot, name));
+    }
+  }
+  return benchmark;
+}
+
+std::vector<std::string> BenchmarkFigures(bool at_the_end) {
+  std::vector<std::string> names = {"seconds", "distance", "north", "up", "east", "turned", "spot"};
+  if (at_the_end) {
+    names.insert(names.end(),
+                 {"speed", "drift", "energy", "cost_of_transport", "max_tilt", "num_faults",
+                  "speed_before", "speed_after", "height_before", "height_after"});
+  }
+  return names;
+}
+
+}  // namespace morphbus::tools

@@ -1,0 +1,129 @@
+#include "tools/benchmark/benchmark_results.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include "compiler/base/text.h"
+#include "tools/base/files.h"
+
+namespace morphbus::tools {
+namespace {
+
+constexpr const char* kLine = "  {:<48} {:<4} {:>6} {:>9} {:>8} {:>7} {:>7} {:>8}  {}\n";
+constexpr double kDegreesInARadian = 57.29577951308232;
+/// By these a row is found again.
+constexpr std::array<const char*, 4> kNames = {"task", "robot", "program", "settings"};
+
+std::string ResultsPath(const std::string& folder) { return folder + "/results.json"; }
+
+/// "quadruped.best" of "../tuned/quadruped.best.toml".
+std::string StemOf(const std::string& path) { return std::filesystem::path(path).stem().string(); }
+
+/// A figure of a row with so many digits behind the point; "-" for what is not known.
+std::string Cell(const Json& row, const char* figure, int digits, double factor = 1.0) {
+  const Json& figures = row["figures"];
+  const auto found = figures.find(figure);
+  if (found == figures.end() || !found->is_number()) return "-";
+  return fmt::format("{:.{}f}", found->get<double>() * factor, digits);
+}
+
+/// Whether two rows have the same names.
+bool SameNames(const Json& a, const Json& b) {
+  return std::ranges::all_of(kNames, [&](const char* name) { return a[name] == b[name]; });
+}
+
+}  // namespace
+
+BenchmarkRow RowOf(const BenchmarkTask& task, const BenchmarkRobot& robot) {
+  BenchmarkRow row;
+  row.task = &task;
+  row.robot = robot.robot;
+  row.program = StemOf(robot.program);
+  if (!robot.params.empty()) row.settings = StemOf(robot.params);
+  for (const std::string& setting : robot.set) {
+    row.settings += (row.settings.empty() ? "" : " ") + setting;
+  }
+  return row;
+}
+
+Json RowJson(const BenchmarkRow& row) {
+  const BenchmarkOutcome& outcome = row.outcome;
+  return {{"task", row.task->name},
+          {"robot", row.robot},
+          {"program", row.program},
+          {"settings", row.settings.empty() ? Json(nullptr) : Json(row.settings)},
+          {"met", outcome.met},
+          {"hash", outcome.hash.empty() ? Json(nullptr) : Json(outcome.hash)},
+          {"figures", outcome.figures},
+          {"error", outcome.error.empty() ? Json(nullptr) : Json(outcome.error)}};
+}
+
+Result<std::vector<Json>> ReadResults(const std::string& folder) {
+  const std::string path = ResultsPath(folder);
+  if (!std::filesystem::exists(path)) return std::vector<Json>();
+  const Result<std::string> text = ReadFile(path, 16 << 20);
+  if (!text) return Fail(text.error().message);
+  const Json json = Json::parse(*text, nullptr, false);
+  if (!json.is_array()) return Fail(path + ": expected a list of results");
+  for (const Json& row : json) {
+    const bool good = row.is_object() && row.contains("figures") && row["figures"].is_object() &&
+                      row.contains("met") && row["met"].is_boolean() && row.contains("hash") &&
+                      std::ranges::all_of(kNames, [&](const char* n) { return row.contains(n); });
+    if (!good) return Fail(path + ": a result lacks its task, robot, program, figures or hash");
+  }
+  return std::vector<Json>(json.begin(), json.end());
+}
+
+Result<void> WriteResults(const std::string& folder, const std::vector<BenchmarkRow>& rows) {
+  Result<std::vector<Json>> results = ReadResults(folder);
+  if (!results) return tl::unexpected(results.error());
+  for (const BenchmarkRow& row : rows) {
+    const Json fresh = RowJson(row);
+    const auto known =
+        std::ranges::find_if(*results, [&](const Json& one) { return SameNames(one, fresh); });
+    if (known == results->end()) {
+      results->push_back(fresh);
+    } else {
+      *known = fresh;
+    }
+  }
+  // A line a row, so that a change of one is a change of one line.
+  std::string text = "[";
+  for (const Json& row : *results) {
+    text += (text.size() > 1 ? ",\n " : "\n ") + JsonText(row);
+  }
+  return WriteFile(ResultsPath(folder), text + "\n]\n");
+}
+
+const Json* FindResult(const std::vector<Json>& results, const BenchmarkRow& row) {
+  const Json named = RowJson(row);
+  const auto found =
+      std::ranges::find_if(results, [&](const Json& one) { return SameNames(one, named); });
+  return found == results.end() ? nullptr : &*found;
+}
+
+std::string TaskHeading(const BenchmarkTask& task) {
+  return fmt::format("{} ({})\n", task.title, task.name) +
+         fmt::format(kLine, "robot, program", "met", "s", "distance", "drift", "turned", "m/s", "J",
+                     "hash");
+}
+
+std::string RowText(const Json& row) {
+  const std::string settings =
+      row["settings"].is_null() ? "" : ", " + row["settings"].get<std::string>();
+  const std::string who = EscapeControl(fmt::format("{}, {}{}", row["robot"].get<std::string>(),
+                                                    row["program"].get<std::string>(), settings));
+  if (row["hash"].is_null()) {
+    return fmt::format("  {:<48} failed: {}\n", who,
+                       EscapeControl(row["error"].get<std::string>()));
+  }
+  return fmt::format(kLine, who, row["met"].get<bool>() ? "yes" : "no", Cell(row, "seconds", 0),
+                     Cell(row, "distance", 3) + " m", Cell(row, "drift", 2) + " m",
+                     Cell(row, "turned", 0, kDegreesInARadian) + "°", Cell(row, "speed", 4),
+                     Cell(row, "energy", 1), row["hash"].get<std::string>());
+}
+
+}  // namespace morphbus::tools

@@ -1,0 +1,43 @@
+#pragma once
+// What came of tasks: rows of a table, and those that a folder says its robots get on every
+// machine.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compiler/base/result.h"
+#include "tools/base/json.h"
+#include "tools/benchmark/benchmark_file.h"
+#include "tools/benchmark/benchmark_run.h"
+
+namespace morphbus::tools {
+
+/// A robot at a task. Names are without folders and endings, as results.json and the table have
+/// them.
+struct BenchmarkRow {
+  const BenchmarkTask* task = nullptr;
+  std::string robot, program, settings;
+  BenchmarkOutcome outcome;
+};
+
+/// A row of a robot whose outcome is still to come.
+BenchmarkRow RowOf(const BenchmarkTask& task, const BenchmarkRobot& robot);
+
+/// `{"task":…,"robot":…,"program":…,"settings":…,"met":…,"hash":…,"figures":{…},"error":…}`;
+/// `settings` is null without any, `error` of a run that went well.
+Json RowJson(const BenchmarkRow& row);
+
+/// The rows that FOLDER/results.json has, as RowJson makes them; none without the file. Fails for
+/// one that is no such list.
+Result<std::vector<Json>> ReadResults(const std::string& folder);
+/// Writes the rows there: those of the file that are of other robots or tasks stay.
+Result<void> WriteResults(const std::string& folder, const std::vector<BenchmarkRow>& rows);
+/// The row of `results` with the same task, robot, program and settings; null if there is none.
+const Json* FindResult(const std::vector<Json>& results, const BenchmarkRow& row);
+
+/// The title of a task with the heads of the columns, and a row of it (RowJson), for people.
+std::string TaskHeading(const BenchmarkTask& task);
+std::string RowText(const Json& row);
+
+}  // namespace morphbus::tools

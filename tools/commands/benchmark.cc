@@ -1,0 +1,219 @@
+// morphbus benchmark: how robots and their programs do at tasks.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <functional>
+#include <future>
+#include <thread>
+
+#include "tools/base/messages.h"
+#include "tools/base/print.h"
+#include "tools/benchmark/benchmark_results.h"
+#include "tools/commands/commands.h"
+#include "tools/launch/launcher_link.h"
+#include "tools/plan/settings.h"
+#include "tools/sweep/local_engine.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// The options of `morphbus benchmark`.
+struct BenchmarkOptions {
+  std::string folder, model, program, robot, compiled_for, params;
+  std::vector<std::string> set, tasks;
+  int jobs = 0;
+  bool write = false;
+  bool json = false;
+};
+
+/// A row with the run that is to be done for it.
+struct PlannedTask {
+  BenchmarkRow row;
+  RunPlan plan;
+};
+
+/// The robots that are meant: that of the command line, or those of the folder.
+std::vector<BenchmarkRobot> RobotsOf(const BenchmarkOptions& options, const Benchmark& benchmark) {
+  if (!options.model.empty()) {
+    return {{options.model,
+             options.robot,
+             options.program,
+             options.compiled_for,
+             options.params,
+             options.set,
+             {}}};
+  }
+  std::vector<BenchmarkRobot> robots = benchmark.robots;
+  if (!options.robot.empty()) {
+    std::erase_if(robots, [&](const BenchmarkRobot& one) { return one.robot != options.robot; });
+  }
+  return robots;
+}
+
+/// Plans all rows; nothing after saying why one cannot run.
+std::optional<std::vector<PlannedTask>> PlanAll(const BenchmarkOptions& options,
+                                                const Benchmark& benchmark) {
+  for (const std::string& name : options.tasks) {
+    if (std::ranges::find(benchmark.tasks, name, &BenchmarkTask::name) == benchmark.tasks.end()) {
+      std::vector<std::string> names;
+      for (const BenchmarkTask& task : benchmark.tasks) names.push_back(task.name);
+      return Refuse(fmt::format("--task: there is no task '{}'{}; there are {}", name,
+                                DidYouMean(name, names), fmt::join(names, ", ")));
+    }
+  }
+  std::vector<PlannedTask> planned;
+  for (const BenchmarkTask& task : benchmark.tasks) {
+    const auto asked = [&task](const std::vector<std::string>& names) {
+      return names.empty() || std::ranges::find(names, task.name) != names.end();
+    };
+    if (!asked(options.tasks)) continue;
+    for (const BenchmarkRobot& robot : RobotsOf(options, benchmark)) {
+      if (!asked(robot.tasks)) continue;
+      std::optional<RunPlan> plan = PlanBenchmark(task, robot);
+      if (!plan) return std::nullopt;
+      // Where the model has but one robot, nobody needs to name it.
+      planned.push_back({RowOf(task, robot), *std::move(plan)});
+      planned.back().row.robot = planned.back().plan.robot().name;
+    }
+  }
+  if (planned.empty()) return Refuse("no robot of this folder is asked for: see robots.toml in it");
+  return planned;
+}
+
+/// Runs all rows, so many at a time, and shows each as soon as it and those before it are done.
+/// Each is a run by itself, so that nothing depends on how many run at a time.
+void RunAll(std::vector<PlannedTask>* planned, int jobs,
+            const std::function<void(const BenchmarkRow&)>& show) {
+  std::vector<std::promise<BenchmarkOutcome>> promises(planned->size());
+  std::atomic<size_t> next = 0;
+  const auto work = [&] {
+    for (size_t i = next++; i < planned->size(); i = next++) {
+      PlannedTask& one = (*planned)[i];
+      BenchmarkOutcome outcome;
+      outcome.error = "it was interrupted";
+      if (CaughtSignal() == 0) outcome = RunBenchmark(*one.row.task, std::move(one.plan));
+      promises[i].set_value(std::move(outcome));
+    }
+  };
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < std::min(jobs, static_cast<int>(planned->size())); ++i) {
+    threads.emplace_back(work);
+  }
+  for (size_t i = 0; i < planned->size(); ++i) {
+    (*planned)[i].row.outcome = promises[i].get_future().get();
+    show((*planned)[i].row);
+  }
+}
+
+/// Prints rows as they come, by task. Beside a robot of one's own stand those of the folder, behind
+/// it: `known`.
+class TablePrinter {
+ public:
+  explicit TablePrinter(std::vector<Json> known) : known_(std::move(known)) {}
+
+  void Show(const BenchmarkRow& row) {
+    if (row.task != task_) {
+      Finish();
+      PrintText((task_ == nullptr ? "" : "\n") + TaskHeading(*row.task));
+      task_ = row.task;
+    }
+    PrintText(RowText(RowJson(row)));
+    FlushResult();
+  }
+  void Finish() const {
+    for (const Json& row : known_) {
+      if (task_ != nullptr && row["task"] == task_->name) PrintText(RowText(row));
+    }
+  }
+
+ private:
+  std::vector<Json> known_;
+  const BenchmarkTask* task_ = nullptr;
+};
+
+/// Says which rows are not as results.json has them. How many there are.
+int CountDifferences(const std::vector<BenchmarkRow>& rows, const std::vector<Json>& results) {
+  int different = 0;
+  for (const BenchmarkRow& row : rows) {
+    const Json* known = FindResult(results, row);
+    if (known == nullptr || *known == RowJson(row)) continue;
+    ++different;
+    Warn(fmt::format("{} of {}, {}: {} and hash {}, in results.json {} and hash {}", row.task->name,
+                     row.robot, row.program, row.outcome.met ? "met" : "not met", row.outcome.hash,
+                     (*known)["met"].get<bool>() ? "met" : "not met", JsonText((*known)["hash"])));
+  }
+  return different;
+}
+
+int RunBenchmarks(const BenchmarkOptions& options) {
+  if (options.model.empty() != options.program.empty()) {
+    return Unusable("expected a model and a program, or neither");
+  }
+  const bool own = !options.model.empty();
+  if (!own && !(options.params.empty() && options.set.empty() && options.compiled_for.empty())) {
+    return Unusable("--params, --set and --compiled-for are for a model and program of your own");
+  }
+  const std::optional<Benchmark> benchmark = ReadBenchmark(options.folder);
+  if (!benchmark) return kUnusable;
+  const Result<std::vector<Json>> results = ReadResults(options.folder);
+  if (!results) return Unusable(results.error().message);
+  std::optional<std::vector<PlannedTask>> planned = PlanAll(options, *benchmark);
+  if (!planned) return kUnusable;
+  CatchSignals();
+  TablePrinter table(own ? *results : std::vector<Json>());
+  RunAll(&*planned, options.jobs > 0 ? options.jobs : ProcessorCount(),
+         [&](const BenchmarkRow& row) {
+           if (!options.json) table.Show(row);
+         });
+  if (!options.json) table.Finish();
+  std::vector<BenchmarkRow> rows;
+  for (PlannedTask& one : *planned) rows.push_back(std::move(one.row));
+  if (options.json) {
+    Json list = Json::array();
+    for (const BenchmarkRow& row : rows) list.push_back(RowJson(row));
+    PrintJson({{"rows", list}});
+  }
+  const bool failed =
+      std::ranges::any_of(rows, [](const BenchmarkRow& row) { return !row.outcome.error.empty(); });
+  if (failed) return kFailed;
+  if (options.write) {
+    const Result<void> written = WriteResults(options.folder, rows);
+    return written ? kDone : Unusable(written.error().message);
+  }
+  if (!own) return CountDifferences(rows, *results) > 0 ? kNo : kDone;
+  return std::ranges::all_of(rows, [](const BenchmarkRow& row) { return row.outcome.met; }) ? kDone
+                                                                                            : kNo;
+}
+
+}  // namespace
+
+void AddBenchmark(CommandLine* line) {
+  Subcommand sub = line->Add("benchmark", "How robots and their programs do at tasks");
+  auto options = std::make_shared<BenchmarkOptions>();
+  sub.Add("FOLDER", &options->folder, "Folder of tasks, such as models/benchmark").Required();
+  sub.Add("FILE.m3l", &options->model, "Model of a robot of your own");
+  sub.Add("PROG.dyn", &options->program, "Its program, as text or as an image");
+  sub.Robot(&options->robot);
+  sub.Add("--task", &options->tasks, "Only this task, by the name of its file; may be repeated")
+      .TypeName("TASK")
+      .Repeatable();
+  sub.Add("--compiled-for", &options->compiled_for,
+          "Model that has all words of the program (default: the robot's own)")
+      .TypeName("FILE.m3l");
+  AddSettings(&sub, &options->params, &options->set);
+  sub.Add("--jobs", &options->jobs, "Runs at a time (default: as many as there are processors)")
+      .Range(1, 1024);
+  sub.Flag("--write", &options->write, "Write what the robots get into FOLDER/results.json");
+  sub.Json(&options->json);
+  sub.Footer(
+      "Exit status 1: a robot of FOLDER gets another result than results.json has, or one of your "
+      "own does not meet a task.\n"
+      "Examples:\n  morphbus benchmark models/benchmark\n"
+      "  morphbus benchmark models/benchmark --task straight --robot car\n"
+      "  morphbus benchmark models/benchmark models/mtran.m3l walk.dyn --robot quadruped");
+  sub.Do([options] { return RunBenchmarks(*options); });
+}
+
+}  // namespace morphbus::tools
