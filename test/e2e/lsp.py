@@ -80,7 +80,7 @@ class Features(Session):
         docking = self.editor.hover(self.model, '(m3.c6, m5.c3, |3)')
         self.assertIn('connection MTRAN_to_MTRAN:3, c6 of MTRAN on c3 of MTRAN', docking)
         self.assertIn('turned (w x y z)', docking)
-        self.assertRegex(docking, r'data:image/(svg\+xml|png);base64,\w{1000}')
+        self.assertRegex(docking, r'data:image/(svg\+xml|png);base64,[\w+/]{1000}')
         shown = json.loads(morphbus('connections', self.folder / 'mtran.m3l', '--pair', 'c6,c3', '--json').stdout)
         pose = next(one['pose'] for one in shown['connections'] if one['number'] == 3)
         self.assertIn('({})'.format(', '.join(f'{x:.5f}' for x in pose['p'])), docking)
@@ -92,7 +92,7 @@ class Features(Session):
         self.assertIn('9 modules, 18 joints, 10 connections', self.editor.hover(self.model, 'robot |quadruped'))
         # So many faces are told by pixels, and a single module by lines.
         self.assertIn('data:image/png;base64,', self.editor.hover(self.model, 'robot |quadruped'))
-        self.assertRegex(self.editor.hover(self.model, 'module |MTRAN'), r'data:image/(svg\+xml|png);base64,\w{1000}')
+        self.assertRegex(self.editor.hover(self.model, 'module |MTRAN'), r'data:image/(svg\+xml|png);base64,[\w+/]{1000}')
         place = self.editor.hover(self.model, 'frame=(|m5')
         self.assertIn('module m5 of type MTRAN', place)
         self.assertIn("m of the robot's frame", place)

@@ -14,7 +14,7 @@ const WebSocket = require('ws');
 
 const [url, subprotocol, mode, argument] = process.argv.slice(2);
 // Topics on which a run that is in order says nothing for long.
-const kSeldom = ['faults', 'prints', 'log', 'health', 'channels'];
+const kSeldom = ['faults', 'prints', 'traces', 'log', 'health', 'channels'];
 
 const socket = new WebSocket(url, [subprotocol]);
 const client = new FoxgloveClient({ws: socket});
