@@ -142,6 +142,22 @@ role Heir extends Module {
             self.assertEqual((other, zero, mark, plain), ('0.5', '0', rounds, '3'))
 
 
+    def test_what_neighbours_share_and_keep_is_known_in_the_tick_of_the_switch(self):
+        text = 'role Counter extends Module {{\n  shared kept rounds = {};\n  {}\n}}\n'
+        first, second = self.folder / 'first.dyn', self.folder / 'second.dyn'
+        first.write_text(text.format(0, 'behavior count() {\n    rounds += 1;\n  }'))
+        # No neighbour has told anything under the second program when the startups run.
+        second.write_text(text.format(-5, 'startup tell() {\n    for (n in self.connected($ANY, $Counter)) print(n.rounds, rounds);\n  }'))
+        script = self.folder / 'script'
+        script.write_text(f'100 deploy {second} --at 3\n')
+        summary = as_json('run', MODELS / 'atron.m3l', first, '--robot', 'car', '--seconds', 4, '--inproc', '--commands', script)
+        self.assertEqual({line['module'] for line in summary['prints']}, {'head', 'left', 'right'})
+        for line in summary['prints']:
+            its, own = map(int, line['text'].split())
+            self.assertGreater(own, 100)
+            self.assertLessEqual(abs(its - own), 5)
+
+
 class Oscillators(Programs):
     # Millimetres that the head came in 20 s.
     MEASURED = {'mtran_snake8': 1059, 'ckbot_snake8': 463, 'molecube_snake8': 515}
