@@ -8,7 +8,7 @@
 
 #include "bridge/lockstep/snapshot_bytes.h"
 #include "bridge/module/read_held.h"
-#include "bridge/wire/vm_codec.h"
+#include "bridge/wire/status_codec.h"
 #include "bridge/wire/wire_limits.h"
 #include "vm/image/image_texts.h"
 

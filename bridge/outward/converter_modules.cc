@@ -4,7 +4,7 @@
 
 #include "bridge/observe/ledger_counts.h"
 #include "bridge/outward/converter.h"
-#include "bridge/wire/vm_codec.h"
+#include "bridge/wire/status_codec.h"
 #include "compiler/base/text.h"
 #include "vm/image/fault_text.h"
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "bridge/wire/codec.h"
-#include "bridge/wire/vm_codec.h"
+#include "bridge/wire/status_codec.h"
 #include "compiler/base/check.h"
 
 namespace morphbus::bridge {

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "bridge/wire/channels.h"
-#include "bridge/wire/vm_codec.h"
+#include "bridge/wire/status_codec.h"
 #include "bridge/wire/wire_limits.h"
 #include "bridge/wire/wire_size.h"
 #include "vm/image/directions.h"

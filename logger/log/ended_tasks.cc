@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "bridge/wire/vm_codec.h"
+#include "bridge/wire/status_codec.h"
 #include "compiler/base/text.h"
 
 namespace morphbus::logger {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "bridge/wire/vm_codec.h"
+#include "bridge/wire/status_codec.h"
 
 namespace morphbus::bridge {
 namespace {

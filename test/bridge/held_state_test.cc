@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bridge/wire/codec.h"
-#include "bridge/wire/vm_codec.h"
+#include "bridge/wire/status_codec.h"
 #include "bridge/wire/wire_limits.h"
 #include "vm/image/image.h"
 #include "vm/limits.h"

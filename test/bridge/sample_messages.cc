@@ -24,6 +24,7 @@
 #include "bridge/wire/codec.h"
 #include "bridge/wire/health.h"
 #include "bridge/wire/info_parts.h"
+#include "bridge/wire/status_codec.h"
 #include "bridge/wire/vm_codec.h"
 
 namespace morphbus::bridge {

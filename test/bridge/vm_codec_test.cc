@@ -1,6 +1,7 @@
 // What the VM says and is told, as messages: how much fits, and what is cut where.
 
 #include "bridge/wire/vm_codec.h"
+#include "bridge/wire/status_codec.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -4,8 +4,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bridge/wire/vm_codec.h"
-
 namespace morphbus::logger {
 namespace {
 

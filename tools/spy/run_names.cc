@@ -2,7 +2,7 @@
 
 #include "bridge/description/link_places.h"
 #include "bridge/description/program_words.h"
-#include "bridge/wire/vm_codec.h"
+#include "bridge/wire/status_codec.h"
 #include "vm/image/fault_text.h"
 
 namespace morphbus::tools {
