@@ -4,6 +4,7 @@
 
 #include <bit>
 #include <string>
+#include <string_view>
 
 #include "vm/image/fault_text.h"
 #include "vm/image/print_line.h"
@@ -65,7 +66,7 @@ uint32_t FakeHost::Connected(Direction d) {
 
 uint32_t FakeHost::ConnectedRole(Direction d, int role) {
   const vm::Text name = program_.role(role).name;
-  const std::string text(name.data, name.size);
+  const std::string_view text(name.data, name.size);
   return text == "Many" ? Connected(d) : text == "Other" ? Connected(d) & 1u : 0;
 }
 
@@ -220,7 +221,7 @@ OpResult FakeHost::NeighbourField(uint32_t connector_mask, int role, int field, 
   *value = info.fields[field];
   // Where many play the role, each has another value.
   const vm::Text name = info.name;
-  if (std::string(name.data, name.size) != "Many" || connector_mask == 0) return result;
+  if (std::string_view(name.data, name.size) != "Many" || connector_mask == 0) return result;
   const int connector = std::countr_zero(connector_mask);
   const vm::ValueType type = info.fields.type(field);
   if (type == vm::ValueType::kInt) value->bits += static_cast<uint32_t>(connector);
