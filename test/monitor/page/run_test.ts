@@ -2,6 +2,10 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { decimate } from '../src/plot/decimate.ts';
 import { niceTicks, tickText, timeText } from '../src/plot/ticks.ts';
+import { Plot } from '../src/plot/plot.ts';
+import { RoleQuestions } from '../src/model/role_questions.ts';
+import { Run } from '../src/model/run.ts';
+import { takeMessage } from '../src/model/ingest.ts';
 import { Table } from '../src/model/table.ts';
 import { ViewClock } from '../src/model/view_clock.ts';
 import { angleBetween, compose, fixedAngles, invert, rotate, type Pose, type Quaternion } from '../src/model/pose.ts';
@@ -177,4 +181,69 @@ test('fields are found by parts of their names', () => {
   assert.deepEqual(found('FOOT m2', 'm1/foot.x', 'm2/foot.y'), ['m2/foot.y']);
   // What has the words as they are stands before what only has them within others.
   assert.deepEqual(found('foot y', 'm1/body_foot.x', 'm1/foot.y'), ['m1/foot.y', 'm1/body_foot.x']);
+});
+
+/** A run in which m1 has a role from `since` on, seconds, and waits in another line every tick, as programs that trace do. */
+function traced(since: number, until: number): Run {
+  const run = new Run('walk', 'log', 'A');
+  for (let tick = 0; tick * 0.02 <= until; tick++) {
+    const state = { module: 'm1', role: tick * 0.02 >= since ? 'Node' : '', labels: [], signs: [], tasks: [{ line: tick % 7 }] };
+    run.takeState(tick * 0.02, state as any);
+  }
+  return run;
+}
+
+test('tasks that move on in every tick leave what is known of roles as it is', () => {
+  const run = traced(0.2, 60);
+  assert.equal(run.stateAt('m1', 0.1)?.role, '');
+  assert.equal(run.stateAt('m1', 0.3)?.role, 'Node');
+  // The last change of anything but tasks is that of the role.
+  assert.equal(run.stateTime(Infinity), 0.2);
+  assert.equal(run.stateAt('m1', 60)?.tasks[0].line, 3000 % 7);
+});
+
+test('who refused a question about roles is asked again a second later, and who answered is not', async () => {
+  const run = traced(0, 1);
+  let now = 0;
+  let busy = true;
+  let asked = 0;
+  const questions = new RoleQuestions(
+    async () => {
+      asked++;
+      if (busy) throw new Error('too many requests are under way');
+      return { modules: { m1: [{ text: 'sizeof(self.connected) == 2', line: 3 }] } };
+    },
+    () => now,
+  );
+  const ask = async () => {
+    questions.missing(run, 'm1', 1);
+    await new Promise((resolve) => setImmediate(resolve));
+    return questions.missing(run, 'm1', 1);
+  };
+  assert.equal(await ask(), null);
+  assert.equal(asked, 1);
+  busy = false;
+  assert.equal(await ask(), null);
+  assert.equal(asked, 1);
+  now = 1000;
+  assert.deepEqual(await ask(), [{ text: 'sizeof(self.connected) == 2', line: 3, holds: false }]);
+  now = 5000;
+  await ask();
+  assert.equal(asked, 2);
+});
+
+test('what is said of one module or process at a time is kept for each of them', () => {
+  const run = new Run('walk', 'log', 'A');
+  const traces = (module: string, name: string) => ({ module, timestamp: { seconds: 1n, nanos: 0 }, fields: [{ name, value: 2 }] });
+  takeMessage(run, 'traces', 1, traces('m1', 'best') as any);
+  takeMessage(run, 'traces', 1, traces('m2', '') as any);
+  assert.deepEqual([...run.newest.keys()], ['traces m1', 'traces m2']);
+  assert.deepEqual(run.tables.get('traces m1')?.table.columnNames, ['best']);
+  // A field without a name is of a program that is not known.
+  assert.deepEqual(run.tables.get('traces m2')?.table.columnNames, []);
+});
+
+test('a plot that was never drawn has a time under every place', () => {
+  const plot = new Plot({ getContext: () => ({}) } as any);
+  for (const x of [-10, 0, 200, 1e6]) assert.ok(plot.clampedTimeAt(x) >= 0 && plot.clampedTimeAt(x) <= 1);
 });

@@ -39,7 +39,9 @@ const TAKERS = new Map(
 
 /** Takes up one message. `name`: of the topic below its source; `time`: its sim time, seconds. */
 export function takeMessage(run: Run, name: string, time: number, message: Decoded): void {
-  run.newest.set(name, { time, message });
+  // What is said of one module or process at a time is newest for each of them.
+  const of = message.module ?? message.process ?? '';
+  run.newest.set(`${name} ${of}`.trimEnd(), { time, message });
   TAKERS.get(name)?.(run, time, message);
 }
 
@@ -243,14 +245,15 @@ function takeChannels(run: Run, time: number, message: Decoded): void {
   run.reportVersion++;
 }
 
-/** Ledgers come process by process, about once a second: each has a table of its own. */
 /** Values of the fields that a module's program traces: a table a module, as one may tell later than another. */
 function takeTraces(run: Run, _: number, message: Decoded): void {
   const table = run.addTable(`traces ${message.module}`, () => '', message.fields.length);
   table.row(toSeconds(message.timestamp));
-  for (const field of message.fields) table.set(table.column(field.name), field.value);
+  // A program that is not known has no names of fields.
+  for (const field of message.fields) if (field.name) table.set(table.column(field.name), field.value);
 }
 
+/** Ledgers come process by process, about once a second: each has a table of its own. */
 function takeHealth(run: Run, time: number, message: Decoded): void {
   const unit = (column: string): string =>
     column === 'cpu' ? 's' : column === 'memory' ? 'kB' : column.endsWith('worst') ? 's' : '';

@@ -13,15 +13,25 @@ export interface RoleFinding {
 
 /** Answers that are kept. */
 const KEPT = 100;
+/** After this time a question that was refused is asked again, ms: a server may have too much to do. */
+const RETRY = 1000;
 
 export class RoleQuestions {
-  /** By question: the answer; null while it is asked. */
+  /** By question: the answer; null while it is asked, or has been refused. */
   private readonly answers = new Map<string, Decoded | null>();
+  /** By question that was refused: when it may be asked again, on the clock of `now`. */
+  private readonly retries = new Map<string, number>();
   /** Grows with what is known. */
   version = 0;
 
-  /** @param call asks the server, by the service's name. */
-  constructor(private readonly call: (run: Run, service: string, request: unknown) => Promise<Decoded>) {}
+  /**
+   * @param call asks the server, by the service's name.
+   * @param now a clock, ms.
+   */
+  constructor(
+    private readonly call: (run: Run, service: string, request: unknown) => Promise<Decoded>,
+    private readonly now: () => number = () => performance.now(),
+  ) {}
 
   /** What a module without a role lacks at a time, one for each role; null as long as nothing is known. Asks if nobody has. */
   missing(run: Run, module: string, time: number): RoleFinding[] | null {
@@ -43,6 +53,7 @@ export class RoleQuestions {
 
   clear(): void {
     this.answers.clear();
+    this.retries.clear();
   }
 
   private answer(run: Run, service: string, request: Record<string, string>, time: number): Decoded | null {
@@ -50,21 +61,28 @@ export class RoleQuestions {
     if (Number.isNaN(since)) return null;
     const key = JSON.stringify([run.name, service, request, since]);
     const known = this.answers.get(key);
+    const again = this.now() >= (this.retries.get(key) ?? Infinity);
     // Of a run only the present can be asked for.
-    if (known === undefined && (run.kind === 'log' || since === run.stateTime(Infinity)))
+    if ((known === undefined || again) && (run.kind === 'log' || since === run.stateTime(Infinity)))
       this.ask(key, run, service, { ...request, time_us: Math.round(since * 1e6) });
     return known ?? null;
   }
 
   private ask(key: string, run: Run, service: string, request: unknown): void {
     this.answers.set(key, null);
-    if (this.answers.size > KEPT) this.answers.delete([...this.answers.keys()][0]);
+    this.retries.delete(key);
+    if (this.answers.size > KEPT) {
+      const oldest = [...this.answers.keys()][0];
+      this.answers.delete(oldest);
+      this.retries.delete(oldest);
+    }
     this.call(run, service, request)
       .then((answer) => {
         this.answers.set(key, answer);
         this.version++;
       })
-      // Who cannot tell is not asked again before something changes.
-      .catch(() => {});
+      .catch(() => {
+        this.retries.set(key, this.now() + RETRY);
+      });
   }
 }

@@ -162,12 +162,20 @@ export class Run {
     return this.links.indexOf(link);
   }
 
-  /** What a module reported, from `time` on. A report that repeats the last one is passed over. */
+  /**
+   * What a module reported, from `time` on. A report that repeats the last one is passed over; one of which its tasks alone are
+   * new takes the last one's place, as tasks move on in every tick of a program that traces fields.
+   */
   takeState(time: number, state: ModuleState): void {
     let list = this.states.get(state.module);
     if (!list) this.states.set(state.module, (list = []));
     const last = list[list.length - 1];
     if (last && JSON.stringify(last.state) === JSON.stringify(state)) return;
+    if (last && JSON.stringify({ ...last.state, tasks: state.tasks }) === JSON.stringify(state)) {
+      last.state = state;
+      this.stateVersion++;
+      return;
+    }
     if (last && last.state.role !== state.role) {
       this.addEvent(time, `${state.module}: ${state.role || 'no role'}`);
     }

@@ -77,6 +77,12 @@ export class Plot {
     return share >= 0 && share <= 1 ? this.from + share * (this.to - this.from) : null;
   }
 
+  /** The time under a place, also beside the plot, where it is that of its edge. */
+  clampedTimeAt(x: number): number {
+    const share = (x - LEFT) / Math.max(1, this.width - LEFT - RIGHT);
+    return this.from + Math.min(1, Math.max(0, share)) * (this.to - this.from);
+  }
+
   /** The line under a place on the canvas, by its index in what was drawn; -1 for none. */
   lineAt(x: number, y: number, lines: readonly PlotLine[]): number {
     const time = this.timeAt(x);

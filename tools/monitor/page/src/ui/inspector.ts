@@ -238,8 +238,9 @@ export class Inspector implements Panel {
   }
 }
 
-/** What of a message is of a module: the elements of its lists that name it; null without any. */
+/** What of a message is of a module: all of it, or the elements of its lists that name it; null without any. */
 function partOf(message: Record<string, unknown>, module: string): unknown {
+  if (message.module === module || message.process === module) return message;
   const names = (item: any): boolean => [item?.module, item?.moduleA, item?.moduleB, item?.name].includes(module);
   const lists = Object.entries(message).flatMap(([name, value]): [string, unknown][] => {
     const own = Array.isArray(value) ? value.filter(names) : [];

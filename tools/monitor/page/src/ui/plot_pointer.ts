@@ -10,14 +10,6 @@ const WHEEL = 0.0015;
 
 type Pointers = Map<number, { x: number; y: number; startX: number }>;
 
-/** The time under a place, also beside the plot, where it is that of its edge. */
-function clampedTime(plot: Plot, canvas: HTMLCanvasElement, x: number): number {
-  for (let at = Math.min(Math.max(x, 0), canvas.clientWidth); ; at += at < canvas.clientWidth / 2 ? 1 : -1) {
-    const time = plot.timeAt(at);
-    if (time !== null) return time;
-  }
-}
-
 /** `click` gets the place on the canvas and the time under it. */
 export function followPointer(
   canvas: HTMLCanvasElement,
@@ -50,11 +42,11 @@ export function followPointer(
       const [a, b] = [...down.values()];
       const now = Math.abs(a.x - b.x);
       const then = Math.abs((held === a ? before : a.x) - (held === b ? before : b.x));
-      if (now > 8 && then > 8) keeper.zoom(then / now, clampedTime(plot, canvas, (a.x + b.x) / 2));
+      if (now > 8 && then > 8) keeper.zoom(then / now, plot.clampedTimeAt((a.x + b.x) / 2));
     } else if (moves) {
       keeper.pan(-plot.secondsOf(held.x - before));
     } else if (Math.abs(held.x - held.startX) >= CLICK) {
-      const times = [held.startX, held.x].map((x) => clampedTime(plot, canvas, x));
+      const times = [held.startX, held.x].map((x) => plot.clampedTimeAt(x));
       keeper.chosen = [Math.min(...times), Math.max(...times)];
     }
   });
@@ -76,7 +68,7 @@ export function followPointer(
       event.preventDefault();
       const sideways = event.shiftKey ? event.deltaY : event.deltaX;
       if (Math.abs(sideways) > Math.abs(event.shiftKey ? event.deltaX : event.deltaY)) keeper.pan(plot.secondsOf(sideways));
-      else keeper.zoom(Math.exp(event.deltaY * WHEEL), clampedTime(plot, canvas, event.offsetX));
+      else keeper.zoom(Math.exp(event.deltaY * WHEEL), plot.clampedTimeAt(event.offsetX));
     },
     { passive: false },
   );
