@@ -311,7 +311,8 @@ struct Enumeration {
 /// `trace NAME;`: the value of a field is told in every tick.
 struct Trace {
   std::string name;
-  source::Span span;  ///< Of the name.
+  source::Span span;       ///< Of the name, with the number of the element of an array.
+  source::Span name_span;  ///< Of the name alone.
 };
 
 /// A role as it is declared, without what it inherits.

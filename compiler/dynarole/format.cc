@@ -144,6 +144,7 @@ class Formatter {
       case TokenKind::kSuper:
       case TokenKind::kText:
       case TokenKind::kRightParen:
+      case TokenKind::kRightBracket:
         return true;
       default:
         return false;
@@ -179,6 +180,11 @@ class Formatter {
       case TokenKind::kLeftParen:
         if (BeginsSwitch(i - 1)) return true;
         if (Is(i - 1, TokenKind::kName) || Is(i - 1, TokenKind::kDollar)) return false;
+        break;
+      case TokenKind::kLeftBracket:
+        // An element stands close to its array; the range of a parameter and a list of values do
+        // not.
+        if (Is(i - 1, TokenKind::kName) && !IsWord(i - 1, "in")) return false;
         break;
       case TokenKind::kRightBrace:
         return !Is(i - 1, TokenKind::kLeftBrace);

@@ -49,6 +49,7 @@ class Indexer {
     DeclareRoles();
     DeclareConstants();
     for (int r = 0; r < std::ssize(model_.roles); ++r) DeclareFieldsAndLabels(r);
+    for (int r = 0; r < std::ssize(model_.roles); ++r) UseInTraces(r);
     for (const Routine& routine : model_.routines) DeclareMember(routine);
     // Values first, then all that runs.
     for (const ConstantModel& constant : model_.constants) {
@@ -148,6 +149,15 @@ class Indexer {
       role = model_.roles[role].parent;
     }
     return role;
+  }
+
+  /// Fields that are traced are used there.
+  void UseInTraces(int r) {
+    const RoleModel& role = model_.roles[r];
+    for (const Trace& trace : role.role->traces) {
+      const int slot = model_.FindField(role, trace.name);
+      if (slot >= 0) table_.Use(trace.name_span, fields_[role.fields[slot].decl]);
+    }
   }
 
   void DeclareFieldsAndLabels(int r) {

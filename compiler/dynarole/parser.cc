@@ -346,7 +346,7 @@ void ProgramParser::ParseTrace(Role* role) {
     return;
   }
   Trace trace;
-  trace.span = in_.Peek().span;
+  trace.span = trace.name_span = in_.Peek().span;
   trace.name = in_.TextOf(in_.Take());
   // An element of an array is a field of its own.
   if (in_.TakeIf(TokenKind::kLeftBracket)) {

@@ -201,7 +201,7 @@ class Features(Session):
         self.assertEqual(where['placeholder'], 'connecting_bar')
 
     def test_rename_keeps_what_every_name_means(self):
-        text = ('const top = 1;\nabstract role Base extends Module {\n  shade = 2;\n}\nrole R extends Base {\n  own = 3;\n'
+        text = ('const top = 1;\nabstract role Base extends Module {\n  shade = 2;\n}\nrole R extends Base {\n  own = 3;\n  trace own;\n'
                 '  function give(x) { return x + own; }\n'
                 '  behavior b() {\n    var outer = give(top);\n    if (outer > 2) { var inner = outer; print("i", inner + shade + outer); }\n'
                 '    self.sleepds(top);\n  }\n}\n')
@@ -216,15 +216,17 @@ class Features(Session):
             self.assertIn(f'quadruped.dyn:{line}: ', message)
             self.assertIn('would mean something else', message)
         # An outer variable, a field, an inherited one and a constant that an inner name would hide, and the other way round.
-        refused('var |outer', 'inner', 10)
-        refused('  |own = 3', 'x', 7)
-        refused('var |outer', 'shade', 10)
-        refused('  |shade = 2', 'inner', 10)
-        refused('const |top', 'outer', 11)
-        refused('var |inner', 'outer', 10)
+        refused('var |outer', 'inner', 11)
+        refused('  |own = 3', 'x', 8)
+        refused('var |outer', 'shade', 11)
+        refused('  |shade = 2', 'inner', 11)
+        refused('const |top', 'outer', 12)
+        refused('var |inner', 'outer', 11)
         # A name of another scope that nobody there misses is free.
         self.assertIn('var x = give(top)', self.editor.apply(rename('var |outer', 'x'))[self.program])
         self.assertIn('const inner = 1;', self.editor.apply(rename('const |top', 'inner'))[self.program])
+        # A field that is traced is renamed there, too.
+        self.assertIn('trace mine;', self.editor.apply(rename('  |own = 3', 'mine'))[self.program])
 
     def test_outlines_and_symbols_of_the_workspace(self):
         outline = self.editor.ask('textDocument/documentSymbol', {'textDocument': {'uri': self.model}})

@@ -97,6 +97,23 @@ TEST(Format, LaysOutSwitchesEnumerationsAndChoices) {
             "}\n");
 }
 
+TEST(Format, ElementsStandCloseToTheirArrays) {
+  EXPECT_EQ(
+      FormatText("param p=1 in[0,3];role R extends Module{a=[1,2];b[4]=-1;trace a [1];"
+                 "startup go(){a [0]=a [1]-1;a[1]-=-a[0];for(n in self.connected)print(n);}}"),
+      "param p = 1 in [0, 3];\n"
+      "role R extends Module {\n"
+      "  a = [1, 2];\n"
+      "  b[4] = -1;\n"
+      "  trace a[1];\n"
+      "  startup go() {\n"
+      "    a[0] = a[1] - 1;\n"
+      "    a[1] -= -a[0];\n"
+      "    for (n in self.connected) print(n);\n"
+      "  }\n"
+      "}\n");
+}
+
 TEST(Format, KeepsCommentsAndSingleEmptyLines) {
   EXPECT_EQ(FormatText("// head\n\n\nrole R extends Module {\n\n  x = 1;   // tail\n\n\n"
                        "  // own\n  y = /* in */ 2;\n\n  // last\n\n}\n\n// end"),
