@@ -14,7 +14,7 @@
 #include "bridge/wire/codec.h"
 #include "bridge/wire/deployed_images.h"
 #include "bridge/wire/info_parts.h"
-#include "bridge/wire/vm_codec.h"
+#include "bridge/wire/status_codec.h"
 #include "compiler/base/text.h"
 #include "compiler/base/version.h"
 #include "logger/log/description.h"
@@ -276,11 +276,10 @@ class Loader : private bridge::RunMessageHandler {
     }
     facts_.num_prints += status.prints_dropped;
     // A module that only reports has a series, too, so that it is not forgotten in comparisons.
-    ModuleSeries& series = series_.Module(module);
-    const int64_t tick = status.header.tick;
-    if (options_.series || options_.outline) {
-      series.status.push_back({time_us, tick, std::move(status)});
-    }
+    series_.Module(module);
+    if (options_.traces) series_.TakeTraces(module, time_us, status);
+    if (options_.series || options_.outline)
+      series_.TakeStatus(module, time_us, std::move(status), false);
   }
 
   /// The last ledger that a process published counts, wherever it stands in the file.

@@ -71,11 +71,23 @@ struct ActuatorSample {
   std::vector<morphbus::connector_command_t> connectors;
 };
 
-/// What one module reported of itself. A tick with many faults has several of one time.
+/// What one module reported of itself. A tick with many faults has several of one time; a report
+/// that only tells of traced fields anew has none.
 struct StatusSample {
   int64_t time_us = 0;
   int64_t tick = 0;
+  /// Without faults, printed lines and what the module holds, which are told elsewhere.
   morphbus::status_t status;
+};
+
+/// The value of one field that a program traces, in one tick.
+struct TraceSample {
+  int64_t time_us = 0;
+  int64_t tick = 0;
+  uint64_t program_hash = 0;
+  int role = -1;  ///< In the program.
+  std::string role_name;
+  vm::TraceReport trace;
 };
 
 /// Where the simulated bodies were at the start of a tick, all parts of WORLD together.
@@ -101,6 +113,8 @@ struct ModuleSeries {
   std::vector<TransformSample> transforms;
   std::vector<ActuatorSample> actuators;
   std::vector<StatusSample> status;
+  /// With RunLogOptions::traces.
+  std::vector<TraceSample> traces;
 };
 
 /// A run as it was logged: what LoadRunLog() returns. It is whole by itself and refers to nothing
@@ -158,6 +172,8 @@ struct RunLogOptions {
   /// message with which a role was taken and the first with poses after it. SeriesReader reads the
   /// rest.
   bool outline = false;
+  /// Keep the values of traced fields: some for every tick.
+  bool traces = false;
   /// A serialized description (ReadDescription) for a log that holds none whole: a recording that
   /// was begun after the run. A log that has its own keeps to it. Empty: none.
   std::string description = {};

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <iterator>
+#include <tuple>
 #include <utility>
 #include <vector>
+
+#include "bridge/wire/status_codec.h"
 
 namespace morphbus::logger {
 namespace {
@@ -47,6 +50,19 @@ void JoinParts(std::vector<WorldSample>* world) {
     last.contacts.insert(last.contacts.end(), next.contacts.begin(), next.contacts.end());
   }
   if (!world->empty()) world->resize(joined + 1);
+}
+
+/// Whether a module says the same of its role, conventions and pose.
+bool SaysTheSame(const morphbus::status_t& a, const morphbus::status_t& b) {
+  const auto plain = [](const morphbus::status_t& s) {
+    return std::tie(s.role_name, s.role, s.joint_sign, s.has_pose, s.pose_stale, s.frozen,
+                    s.incarnation);
+  };
+  return plain(a) == plain(b) &&
+         std::ranges::equal(a.labels, b.labels,
+                            [](const morphbus::label_t& p, const morphbus::label_t& q) {
+                              return p.name == q.name && p.kind == q.kind && p.index == q.index;
+                            });
 }
 
 }  // namespace
@@ -99,6 +115,30 @@ void SeriesCollector::TakeTransform(const bridge::RunMessage& message, bool only
                         bridge::LinkPosesOf(message)});
 }
 
+void SeriesCollector::TakeStatus(std::string_view module, int64_t time_us,
+                                 morphbus::status_t&& status, bool only_changes) {
+  std::vector<StatusSample>& known = Module(module).status;
+  const bool traces = std::ranges::any_of(status.prints, bridge::IsTrace);
+  if ((traces || only_changes) && !known.empty() && SaysTheSame(known.back().status, status))
+    return;
+  status.faults.clear();
+  status.prints.clear();
+  status.inspections.clear();
+  const int64_t tick = status.header.tick;
+  known.push_back({time_us, tick, std::move(status)});
+}
+
+void SeriesCollector::TakeTraces(std::string_view module, int64_t time_us,
+                                 const morphbus::status_t& status) {
+  std::vector<TraceSample>& traces = Module(module).traces;
+  for (const morphbus::print_t& print : status.prints) {
+    if (!bridge::IsTrace(print)) continue;
+    traces.push_back({time_us, status.header.tick,
+                      static_cast<uint64_t>(status.header.program_hash), status.role,
+                      status.role_name, bridge::FromTrace(print)});
+  }
+}
+
 void SeriesCollector::Finish(RunLog* log) {
   // Only of STATUS may several have one time: a tick with many faults has more than one message.
   std::vector<ModuleSeries> all;
@@ -107,6 +147,7 @@ void SeriesCollector::Finish(RunLog* log) {
     SortByTime(&module.transforms, true);
     SortByTime(&module.actuators, true);
     SortByTime(&module.status, false);
+    SortByTime(&module.traces, false);
     if (log->robot != nullptr) module.model_index = log->robot->FindModule(name).value_or(-1);
     all.push_back(std::move(module));
   }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/sensors_t.hpp>
+#include <morphbus/status_t.hpp>
 #include <morphbus/world_t.hpp>
 #include <set>
 #include <string>
@@ -35,6 +36,13 @@ class SeriesCollector : public bridge::RunMessageHandler {
   /// A TRANSFORM, by its bytes. `only_changes`: it is left out unless a role is taken with it or it
   /// is the first with poses after that.
   void TakeTransform(const bridge::RunMessage& message, bool only_changes);
+  /// What a module reported of itself; its faults, printed lines and what it holds are dropped. A
+  /// report like the one before it is left out if it tells of traced fields, as that is why it
+  /// came, or with `only_changes`.
+  void TakeStatus(std::string_view module, int64_t time_us, morphbus::status_t&& status,
+                  bool only_changes);
+  /// The values of traced fields that a module's report has.
+  void TakeTraces(std::string_view module, int64_t time_us, const morphbus::status_t& status);
   /// A control tick began at this time; one that is told of twice counts once.
   void AddTick(int64_t time_us) { ticks_.insert(time_us); }
   /// How many control ticks were told of.

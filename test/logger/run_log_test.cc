@@ -1,5 +1,4 @@
 #include "logger/log/run_log.h"
-#include "logger/log/facts_text.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +7,8 @@
 
 #include "bridge/wire/codec.h"
 #include "logger/log/channel_stream.h"
+#include "logger/log/facts_text.h"
+#include "logger/log/series_collector.h"
 #include "test/logger/temp_log.h"
 
 namespace morphbus::logger {
@@ -42,6 +43,35 @@ TEST(RunLogTest, WholeLogIsReadByTick) {
   EXPECT_EQ(log.world.size(), 100u);
   EXPECT_EQ(log.facts.end_state, EndState::kVerified);
   EXPECT_EQ(log.facts.run_hash, log.facts.end->run_hash);
+}
+
+TEST(SeriesCollectorTest, AReportThatOnlyTracesFieldsIsKeptAsTheirValues) {
+  morphbus::status_t status{};
+  status.role_name = "Node";
+  SeriesCollector series;
+  const auto take = [&](int tick, bool traces) {
+    morphbus::status_t told = status;
+    told.header.tick = tick;
+    if (traces) {
+      morphbus::print_t value{};
+      value.function_index = -1;
+      value.num_values = 1;
+      value.values = {tick};
+      told.prints = {value};
+    }
+    series.TakeTraces("m1", tick, told);
+    series.TakeStatus("m1", tick, std::move(told), false);
+  };
+  for (int tick = 0; tick < 1000; ++tick) take(tick, true);
+  EXPECT_EQ(series.Module("m1").status.size(), 1u);
+  ASSERT_EQ(series.Module("m1").traces.size(), 1000u);
+  EXPECT_EQ(series.Module("m1").traces[999].trace.value.bits, 999u);
+  // What is new of the role is kept, and so is a report that came for another reason.
+  status.role_name = "Leader";
+  take(1000, true);
+  take(1001, false);
+  EXPECT_EQ(series.Module("m1").status.size(), 3u);
+  EXPECT_TRUE(series.Module("m1").status[1].status.prints.empty());
 }
 
 TEST(RunLogTest, RunHashIgnoresTheRunsNameAndTheWallClock) {

@@ -175,6 +175,7 @@ int ToCsv(const ConvertOptions& options) {
   if (!paths) return kUnusable;
   logger::RunLogOptions load;
   load.run = options.run;
+  load.traces = true;
   // Tables have all faults, where other commands keep as many as are read.
   load.max_faults = static_cast<size_t>(-1);
   const Result<logger::RunLog> log = LoadLog(options.log, load, options.description);

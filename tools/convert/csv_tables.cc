@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "bridge/description/program_words.h"
-#include "bridge/wire/vm_codec.h"
 
 namespace morphbus::tools {
 namespace {
@@ -443,16 +442,11 @@ Result<void> WriteTraces(const RunLog& log, const TextSink& write) {
   words.deployed() = log.deployed;
   Rows rows;
   for (const ModuleSeries& module : log.modules) {
-    for (const logger::StatusSample& sample : module.status) {
-      const morphbus::status_t& s = sample.status;
-      for (const morphbus::print_t& print : s.prints) {
-        if (!bridge::IsTrace(print)) continue;
-        const bridge::TracedValue value = words.Trace(static_cast<uint64_t>(s.header.program_hash),
-                                                      s.role, bridge::FromTrace(print));
-        rows.Add(sample.time_us,
-                 fmt::format(",{},{},{},{},{}", sample.tick, module.name, CsvCell(s.role_name),
-                             CsvCell(value.field), value.value));
-      }
+    for (const logger::TraceSample& sample : module.traces) {
+      const bridge::TracedValue value = words.Trace(sample.program_hash, sample.role, sample.trace);
+      rows.Add(sample.time_us,
+               fmt::format(",{},{},{},{},{}", sample.tick, module.name, CsvCell(sample.role_name),
+                           CsvCell(value.field), value.value));
     }
   }
   return rows.Write("time [s],tick,module,role,field,value\n", write);

@@ -1,6 +1,5 @@
 #include "tools/monitor/run_outline.h"
 
-#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,15 +12,6 @@ std::vector<std::string> OutlinedModules(const model::Robot& robot) {
   std::vector<std::string> names;
   for (const model::ModuleInstance& module : robot.modules) names.push_back(module.name);
   return names;
-}
-
-/// Whether a module says the same of its role as before, as far as runs are matched by it.
-bool SameRoleAndLabels(const morphbus::status_t& a, const morphbus::status_t& b) {
-  if (a.role_name != b.role_name || a.joint_sign != b.joint_sign) return false;
-  return std::equal(a.labels.begin(), a.labels.end(), b.labels.begin(), b.labels.end(),
-                    [](const morphbus::label_t& p, const morphbus::label_t& q) {
-                      return p.name == q.name && p.kind == q.kind && p.index == q.index;
-                    });
 }
 
 }  // namespace
@@ -47,13 +37,9 @@ void RunOutline::OnClock(const bridge::RunMessage& message, morphbus::sim_clock_
 void RunOutline::OnStatus(const bridge::RunMessage& message, morphbus::status_t&& status) {
   if (message.module < 0) return;
   auto& known = series_.Module(message.name.process).status;
-  if (!known.empty() && SameRoleAndLabels(known.back().status, status)) return;
-  // What it reports beside its role is told elsewhere.
-  status.faults.clear();
-  status.prints.clear();
-  const int64_t time_us = message.header.sim_time_us;
-  known.push_back({time_us, message.header.tick, std::move(status)});
-  ++version_;
+  const size_t before = known.size();
+  series_.TakeStatus(message.name.process, message.header.sim_time_us, std::move(status), true);
+  if (known.size() > before) ++version_;
 }
 
 logger::RunLog RunOutline::Log() const {
