@@ -42,22 +42,23 @@ std::optional<std::string> InfoAssembler::Take(const morphbus::info_part_t& part
     total_bytes_ = part.total_bytes;
     parts_.assign(count, std::nullopt);
   }
-  std::optional<std::string>& slot = parts_[part.part];
-  // A repeated part finishes nothing.
-  const bool was_there = slot.has_value();
-  slot = std::string(part.data.begin(), part.data.end());
-  if (was_there) return std::nullopt;
+  std::string bytes(part.data.begin(), part.data.end());
+  // A repeated part finishes nothing; another one in its place is of another description.
+  const std::optional<std::string>& slot = parts_[part.part];
+  if (slot == bytes) return std::nullopt;
+  if (slot) parts_.assign(count, std::nullopt);
+  parts_[part.part] = std::move(bytes);
   // Whole once no part is missing.
   std::string whole;
   for (const std::optional<std::string>& piece : parts_) {
     if (!piece) return std::nullopt;
     whole += *piece;
   }
-  // Parts of two descriptions of the same size may have come together: then it starts anew.
-  if (whole.size() != total) {
-    parts_.assign(count, std::nullopt);
-    return std::nullopt;
-  }
+  // What comes next may be a later run's description of the same size, which shares parts with this
+  // one. Parts of two descriptions may also have come together.
+  parts_.assign(count, std::nullopt);
+  if (whole.size() != total || whole == last_whole_) return std::nullopt;
+  last_whole_ = whole;
   return whole;
 }
 

@@ -21,7 +21,8 @@ std::vector<morphbus::info_part_t> SplitInfo(const std::string& description);
 class InfoAssembler {
  public:
   /// Takes a part that Decode accepted. Returns the whole description when this part was the last
-  /// one missing; nothing else, also for a part that contradicts itself.
+  /// one missing; nothing else, also for a part that contradicts itself or when it is the one
+  /// before.
   std::optional<std::string> Take(const morphbus::info_part_t& part);
 
  private:
@@ -29,6 +30,8 @@ class InfoAssembler {
   int32_t total_bytes_ = -1;
   /// The parts that have come, by number.
   std::vector<std::optional<std::string>> parts_;
+  /// The description that was whole last: its parts may come again.
+  std::optional<std::string> last_whole_;
 };
 
 }  // namespace morphbus::bridge

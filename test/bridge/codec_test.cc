@@ -366,6 +366,25 @@ TEST(Info, PartsComeTogetherInAnyOrder) {
   }
 }
 
+TEST(Info, ALaterDescriptionOfTheSameSizeReplacesTheFormerOne) {
+  const std::string first(10000, 'a');
+  std::string second = first;
+  // Both are alike but for a part in their middle.
+  second[5000] = 'b';
+  InfoAssembler assembler;
+  const auto take_all = [&](const std::string& text) {
+    std::optional<std::string> whole;
+    for (const morphbus::info_part_t& part : SplitInfo(text)) {
+      if (std::optional<std::string> told = assembler.Take(part)) whole = told;
+    }
+    return whole;
+  };
+  EXPECT_EQ(take_all(first), first);
+  EXPECT_EQ(take_all(first), std::nullopt);
+  EXPECT_EQ(take_all(second), second);
+  EXPECT_EQ(take_all(first), first);
+}
+
 TEST(ArithmeticHash, IsThatOfEveryMachine) {
   EXPECT_EQ(HexText(ArithmeticHash()), "17830331269ab023");
 }
