@@ -106,6 +106,10 @@ class Some(Case):
                 ('title = "a"\nsecond = 5\nmet = "up > 1"\n', "did you mean 'seconds'?"),
                 ('title = "a"\nseconds = 5\n', 'a task says when it is met'),
                 ('title = "a"\nseconds = 5\nmet = "up > 1"\n[push]\nafter = 1\n', 'a push has after, seconds'),
+                ('title = "a"\nseconds = 5\nmet = "up"\n', 'task.toml:3:7: error: expected what is true or false'),
+                ('title = "a"\nseconds = 5\nmet = "up + \'a\' > 1"\n', 'task.toml:3:'),
+                ('title = "a"\nseconds = 50\nmet = "up > 1"\n[push]\nafter = 1\nseconds = 1\nsettle = 1\nweights = 1\n'
+                 'direction = "SIDEWAYS"\n', 'task.toml:9:13: error: direction: expected one of NORTH'),
                 ('title = "a', 'task.toml:1:')):
             with self.subTest(text=text):
                 shutil.rmtree(self.folder / 'tasks', ignore_errors=True)

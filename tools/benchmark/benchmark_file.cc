@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "bridge/control/control_command.h"
 #include "compiler/source/toml.h"
 #include "tools/base/files.h"
 #include "tools/base/messages.h"
@@ -18,6 +19,8 @@ using source::TomlEntry;
 using source::TomlValue;
 
 constexpr const char* kRobots = "robots.toml";
+/// The longest run, s: what a robot did is kept in memory, tick by tick.
+constexpr double kMostSeconds = 1e4;
 
 /// Reads the tree of one file, whose errors go to `diagnostics`. Paths are relative to the file.
 class BenchmarkReader {
@@ -33,11 +36,15 @@ class BenchmarkReader {
       if (key == "title") {
         Text(entry.value, &task.title);
       } else if (key == "seconds") {
-        Number(entry.value, 0, 1e5, &task.seconds);
+        Number(entry.value, 0, kMostSeconds, &task.seconds);
       } else if (key == "world") {
         Path(entry.value, &task.world);
       } else if (key == "friction") {
-        Number(entry.value, 0, 10, &task.friction);
+        if (entry.value.number() == 0.0) {
+          task.friction = 0;
+        } else {
+          Number(entry.value, 0, 10, &task.friction);
+        }
       } else if (key == "until") {
         task.until = Expression(entry.value, BenchmarkFigures(false));
       } else if (key == "met") {
@@ -121,6 +128,12 @@ class BenchmarkReader {
       Wrong(at(offset, name.size()), fmt::format("there is no figure '{}' here", name),
             source::NearestHint(name, figures, "docs/benchmark.md has those that there are"));
     }
+    // Whether it is true or false is seen with any figures, before a run of many minutes.
+    const Json one = expression->Evaluate([](const std::string&) { return Json(1.0); }, &error);
+    if (!error.message.empty()) return diagnostics_.Error(at(error.offset, 1), error.message);
+    if (!one.is_boolean() && !one.is_null()) {
+      Wrong(value.span, "expected what is true or false", "compare it: distance >= 10 m");
+    }
     return expression;
   }
 
@@ -133,7 +146,7 @@ class BenchmarkReader {
     for (const TomlEntry& entry : *value.table()) {
       const std::string& key = entry.key;
       if (key == "after") {
-        Number(entry.value, 0, 1e5, &push.after_s);
+        Number(entry.value, 0, kMostSeconds, &push.after_s);
       } else if (key == "seconds") {
         Number(entry.value, 0, 1e4, &push.seconds);
       } else if (key == "settle") {
@@ -142,6 +155,9 @@ class BenchmarkReader {
         Number(entry.value, 0, 100, &push.weights);
       } else if (key == "direction") {
         Text(entry.value, &push.direction);
+        // Which body and how hard is known when it runs.
+        const auto command = bridge::ParseControl("push m.l " + push.direction + " 1 1");
+        if (!push.direction.empty() && !command) Wrong(entry.value.span, command.error().message);
       } else {
         Unknown(entry, {"after", "seconds", "settle", "weights", "direction"});
       }

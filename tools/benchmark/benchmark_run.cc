@@ -47,10 +47,12 @@ Result<ScriptedCommand> PushCommand(const BenchmarkPush& push, const RunPlan& pl
 void AddPushFigures(const BenchmarkTask& task, const RobotTrack& track, Json* figures) {
   const char* names[] = {"speed_before", "speed_after", "height_before", "height_after"};
   for (const char* name : names) (*figures)[name] = nullptr;
+  if (!task.push) return;
   const double end_s = (*figures)["seconds"].get<double>();
-  if (!task.push || end_s < task.push->after_s) return;
   const double begin_s = task.push->after_s + task.push->seconds + task.push->settle_s;
-  const double before_s = std::max(0.0, task.push->after_s - std::max(0.0, end_s - begin_s));
+  // A run that ends before it has settled has nothing to tell of after.
+  if (end_s <= begin_s) return;
+  const double before_s = std::max(0.0, task.push->after_s - (end_s - begin_s));
   (*figures)["speed_before"] = track.SpeedBetween(before_s, task.push->after_s);
   (*figures)["speed_after"] = track.SpeedBetween(begin_s, end_s);
   (*figures)["height_before"] = track.HeightBetween(before_s, task.push->after_s);
