@@ -82,7 +82,9 @@ void RoleInquiry::Work() {
     waiting_.pop_front();
     // Others may ask while this one is answered.
     lock.unlock();
-    const Result<RobotStanding> standing = next.find();
+    Result<RobotStanding> standing = next.find();
+    // The end of the monitor does not wait for a large robot to settle.
+    if (standing) standing->situation.stop = &stop_;
     next.done(standing ? Answer(next.question, *standing) : Fail(standing.error().message));
     lock.lock();
   }

@@ -2,6 +2,7 @@
 // Why modules have a role or none, for viewers: what `morphbus roles` says, of a robot as it
 // stands.
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -85,7 +86,7 @@ class RoleInquiry {
   std::mutex mutex_;  ///< Guards the three below.
   std::condition_variable asked_;
   std::deque<Waiting> waiting_;
-  bool stop_ = false;
+  std::atomic<bool> stop_ = false;
   std::thread thread_;
 };
 

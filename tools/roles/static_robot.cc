@@ -19,6 +19,7 @@ constexpr int64_t kMaxTicks = 500;
 Result<std::unique_ptr<StaticRobot>> StaticRobot::Create(const RunPlan& plan,
                                                          const Situation* situation) {
   std::unique_ptr<StaticRobot> robot(new StaticRobot(plan));
+  if (situation != nullptr) robot->stop_ = situation->stop;
   if (Result<void> r = robot->AddModules(situation); !r) return Fail(r.error().message);
   return robot;
 }
@@ -26,7 +27,10 @@ Result<std::unique_ptr<StaticRobot>> StaticRobot::Create(const RunPlan& plan,
 bool StaticRobot::Settle() {
   // Some roles need their neighbours' roles first: settled is what stays for a while.
   int64_t quiet = 0;
-  while (ticks_ < kMaxTicks && quiet < kQuietTicks) quiet = Tick() ? 0 : quiet + 1;
+  while (ticks_ < kMaxTicks && quiet < kQuietTicks) {
+    if (stop_ != nullptr && *stop_) return false;
+    quiet = Tick() ? 0 : quiet + 1;
+  }
   return quiet >= kQuietTicks;
 }
 

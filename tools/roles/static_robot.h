@@ -2,6 +2,7 @@
 // A robot that stands still: every module's VM, in one process, fed with what its sensors read at
 // rest.
 
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -28,6 +29,9 @@ struct Situation {
   std::map<std::string, std::vector<double>> positions = {};
   /// Modules that do nothing and of which nobody hears, as those that a run has lost.
   std::set<std::string> silent = {};
+  /// Set by somebody who does not wait any longer: roles then stay as they are by then. May be
+  /// null.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 /// A fault that a module reported, and its sentence (vm/image/fault_text.h).
@@ -83,6 +87,7 @@ class StaticRobot {
   const RunPlan& plan_;
   std::unique_ptr<PlanModules> built_;
   std::vector<std::unique_ptr<Module>> modules_;
+  const std::atomic<bool>* stop_ = nullptr;
   int64_t ticks_ = 0;
 };
 

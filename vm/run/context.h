@@ -78,7 +78,7 @@ inline Fault FaultOf(const VerifiedProgram& program, const RunResult& result) {
   fault.code = result.fault;
   fault.keyword = result.keyword;
   // An unresolved label tells how many joints or links fit it.
-  fault.measured = result.num_found;
+  fault.measured = static_cast<float>(result.num_found);
   // So does an array that has no such element; how many it has stands in the instruction.
   if (result.fault == FaultCode::kNoElement) {
     const uint32_t at = program.function(result.function).code_begin + result.pc;

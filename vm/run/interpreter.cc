@@ -123,14 +123,12 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
     NEXT();
   }
 // The number on the stack is that of one of several cells, which are in `slots` from the first on.
-#define ELEMENT(number, slots)                                                  \
-  if (static_cast<uint32_t>(number) >= pc[2]) {                                 \
-    result.num_found = static_cast<int16_t>((number) > INT16_MAX   ? INT16_MAX  \
-                                            : (number) < INT16_MIN ? INT16_MIN  \
-                                                                   : (number)); \
-    FAULT(FaultCode::kNoElement);                                               \
-  }                                                                             \
-  Cell& element = (slots)[pc[1] + static_cast<uint32_t>(number)];               \
+#define ELEMENT(number, slots)                                    \
+  if (static_cast<uint32_t>(number) >= pc[2]) {                   \
+    result.num_found = number;                                    \
+    FAULT(FaultCode::kNoElement);                                 \
+  }                                                               \
+  Cell& element = (slots)[pc[1] + static_cast<uint32_t>(number)]; \
   pc += 3
   HANDLE(kLoadLocalElement) {
     ELEMENT(sp[-1].AsInt(), locals);

@@ -157,8 +157,8 @@ struct RunResult {
   /// The keyword that is missing, for kMissingKeyword.
   int16_t keyword = -1;
   /// How many joints or links fit where one is wanted, for kUnresolved; the number of the element,
-  /// for kNoElement, as far as 16 bits hold it.
-  int16_t num_found = 0;
+  /// for kNoElement.
+  int32_t num_found = 0;
   /// The function and the byte offset in it where the run faulted, waits or was preempted.
   uint16_t function = 0;
   uint32_t pc = 0;
