@@ -21,6 +21,11 @@ int64_t TimeOf(double seconds) {
   return static_cast<int64_t>(std::llround(std::min(seconds, kLongestLogSeconds) * 1e6));
 }
 
+/// The part of a picture plane about `middle`, (u, v) in metres.
+Eigen::AlignedBox2d BoxAbout(const Eigen::Vector2d& middle, const Eigen::Vector2d& size) {
+  return {middle - size / 2, middle + size / 2};
+}
+
 /// Gives all panels the size of the largest, each with its own middle, so that they are of one
 /// size.
 void MakeAlike(std::vector<Panel>* panels) {
@@ -29,10 +34,7 @@ void MakeAlike(std::vector<Panel>* panels) {
     panel.extent = ExtentOf(panel);
     size = size.cwiseMax(panel.extent->sizes());
   }
-  for (Panel& panel : *panels) {
-    const Eigen::Vector2d middle = panel.extent->center();
-    panel.extent = Eigen::AlignedBox2d(middle - size / 2, middle + size / 2);
-  }
+  for (Panel& panel : *panels) panel.extent = BoxAbout(panel.extent->center(), size);
 }
 
 }  // namespace
@@ -106,9 +108,9 @@ Result<Drawing> LogPictures::Strip(int count, const PictureTimes& times,
   return drawing;
 }
 
-Result<std::string> LogPictures::Video(int fps, int width_px, const PictureTimes& times,
-                                       const std::vector<View>& views,
-                                       const std::function<void(double)>& progress) const {
+Result<void> LogPictures::Frames(int fps, int width_px, const PictureTimes& times,
+                                 const std::vector<View>& views, const FrameTaker& take,
+                                 const std::function<void(double)>& progress) const {
   const Result<std::pair<int64_t, int64_t>> stretch = Stretch(times);
   if (!stretch) return Fail(stretch.error().message);
   std::vector<int64_t> moments;
@@ -117,39 +119,56 @@ Result<std::string> LogPictures::Video(int fps, int width_px, const PictureTimes
     // Each from the beginning, so that fractions of a microsecond do not add up.
     t = stretch->first + static_cast<int64_t>(moments.size()) * 1'000'000 / fps;
   }
-  // All frames first get their scenes, because the largest decides the size of all.
-  std::vector<std::vector<Panel>> rows(views.size());
-  for (size_t v = 0; v < views.size(); ++v) {
-    for (const int64_t time_us : moments) {
-      rows[v].push_back({SceneOf(time_us, false), views[v], ""});
+  // The largest frame decides the size of all. Scenes are made anew when they are drawn: those of a
+  // long log would fill the memory.
+  std::vector<Eigen::Vector2d> sizes(views.size(), Eigen::Vector2d::Zero());
+  for (const int64_t time_us : moments) {
+    Panel panel = {SceneOf(time_us, false), View::kSide, ""};
+    for (size_t v = 0; v < views.size(); ++v) {
+      panel.view = views[v];
+      sizes[v] = sizes[v].cwiseMax(ExtentOf(panel).sizes());
     }
-    MakeAlike(&rows[v]);
   }
-  std::unique_ptr<Animation> animation;
   for (size_t i = 0; i < moments.size(); ++i) {
     if (progress) progress(static_cast<double>(i) / static_cast<double>(moments.size()));
     Drawing drawing;
     drawing.panel_width_px = width_px > 0 ? width_px : 640;
     drawing.columns = static_cast<int>(views.size());
     drawing.title = fmt::format("{}, {:.2f} s", log_.robot->name, Seconds(moments[i]));
-    for (auto& row : rows) drawing.panels.push_back(row[i]);
+    const Scene scene = SceneOf(moments[i], false);
+    for (size_t v = 0; v < views.size(); ++v) {
+      Panel panel = {scene, views[v], ""};
+      panel.extent = BoxAbout(ExtentOf(panel).center(), sizes[v]);
+      drawing.panels.push_back(std::move(panel));
+    }
     // The same roles in all frames, so that these are of one size.
     drawing.legend = RoleLegend(colors_, RolesIn(log_));
     const Result<Raster> frame = RenderRaster(drawing, 1.0);
     if (!frame) return Fail(frame.error().message);
-    // The size is known once the first frame is drawn.
-    if (!animation) {
-      auto created = Animation::Create(frame->width, frame->height);
-      if (!created) return Fail(created.error().message);
-      animation = std::move(*created);
-    }
-    // WebP counts in whole milliseconds, of which some frames get one more than others.
+    // Files count in whole milliseconds, of which some frames get one more than others.
     const auto begin_ms = [&](size_t n) {
       return static_cast<int>(n * 1000 / static_cast<size_t>(fps));
     };
-    const Result<void> added = animation->Add(*frame, begin_ms(i + 1) - begin_ms(i));
-    if (!added) return Fail(added.error().message);
+    if (Result<void> taken = take(*frame, begin_ms(i + 1) - begin_ms(i)); !taken) return taken;
   }
+  return {};
+}
+
+Result<std::string> LogPictures::Video(int fps, int width_px, const PictureTimes& times,
+                                       const std::vector<View>& views,
+                                       const std::function<void(double)>& progress) const {
+  std::unique_ptr<Animation> animation;
+  const FrameTaker add = [&](const Raster& frame, int milliseconds) -> Result<void> {
+    // The size is known once the first frame is drawn.
+    if (!animation) {
+      auto created = Animation::Create(frame.width, frame.height);
+      if (!created) return Fail(created.error().message);
+      animation = std::move(*created);
+    }
+    return animation->Add(frame, milliseconds);
+  };
+  const Result<void> drawn = Frames(fps, width_px, times, views, add, progress);
+  if (!drawn) return Fail(drawn.error().message);
   return animation->Finish();
 }
 

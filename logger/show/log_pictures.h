@@ -23,6 +23,9 @@ struct PictureTimes {
   std::optional<double> to_s;
 };
 
+/// Takes a frame of a video, and for how many milliseconds it is shown. A failure ends the video.
+using FrameTaker = std::function<Result<void>(const Raster& frame, int milliseconds)>;
+
 /// Draws from one log.
 class LogPictures {
  public:
@@ -37,10 +40,15 @@ class LogPictures {
   /// Fails if the log ends before the stretch begins.
   [[nodiscard]] Result<Drawing> Strip(int count, const PictureTimes& times,
                                       const std::vector<View>& views) const;
-  /// The bytes of an animated WebP with `fps` (1 to 50) pictures a second of sim time. The camera
-  /// goes with the robot; the ground shows where it goes. Fails likewise.
+  /// Draws a video with `fps` (1 to 50) frames a second of sim time, all of one size, and hands
+  /// each to `take` as it is drawn. The camera goes with the robot; the ground shows where it goes.
+  /// Fails likewise, or as `take` does.
   /// @param width_px  width of each view, pixels; 0: 640.
   /// @param progress  if not empty, hears now and then how much is done, 0 to 1.
+  [[nodiscard]] Result<void> Frames(int fps, int width_px, const PictureTimes& times,
+                                    const std::vector<View>& views, const FrameTaker& take,
+                                    const std::function<void(double)>& progress = {}) const;
+  /// The bytes of an animated WebP of these frames.
   [[nodiscard]] Result<std::string> Video(int fps, int width_px, const PictureTimes& times,
                                           const std::vector<View>& views,
                                           const std::function<void(double)>& progress = {}) const;

@@ -40,6 +40,9 @@ class OutputFile {
   /// Appends bytes, through a buffer of 1 MiB.
   Result<void> Write(std::span<const uint8_t> bytes);
   Result<void> Write(std::string_view text);
+  /// The temporary file, for a program that writes it in the place of Write(). -1 for a stream,
+  /// which has none.
+  [[nodiscard]] int file() const { return kind_ == Kind::kFile ? fd_ : -1; }
   /// Writes what waits, and gives the file its name. Nothing can be written after.
   Result<void> Close();
 

@@ -15,6 +15,7 @@
 #include "tools/base/work_progress.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/draw_model.h"
+#include "tools/commands/draw_video.h"
 
 namespace morphbus::tools {
 namespace {
@@ -25,6 +26,7 @@ struct DrawOptions {
   std::string run;
   std::string description;
   std::string output;
+  std::string picture;  ///< The output, too, where it is named without -o.
   std::vector<std::string> views;
   std::optional<double> at;  ///< Sim time of a log, seconds.
   int strip = 0;             ///< So many moments beside each other; 0: none.
@@ -63,7 +65,7 @@ int WriteDrawing(const logger::Drawing& drawing, const std::string& path) {
 
 /// RenderPicture goes by the name as well.
 OutputKind KindOf(const std::string& path) {
-  if (path.ends_with(".webp")) return outputs::kWebp;
+  if (const OutputKind* video = VideoKindOf(path)) return *video;
   return path.ends_with(".png") ? outputs::kPng : outputs::kSvg;
 }
 
@@ -79,12 +81,25 @@ int DrawOfModel(const DrawOptions& options, const std::vector<logger::View>& vie
   return WriteDrawing(*drawing, options.output);
 }
 
+/// Draws a log in motion, which is encoded as it is drawn.
+int DrawInMotion(const DrawOptions& options, const std::vector<logger::View>& views,
+                 const logger::LogPictures& pictures) {
+  WorkProgress progress;
+  const VideoOptions video = {options.fps, options.width, {options.from, options.to}, views};
+  const Result<void> written = WriteVideo(
+      pictures, video, options.output, [&](double share) { progress.Show(options.output, share); });
+  return written ? kDone : Unusable(written.error().message);
+}
+
 /// Draws from a log: one moment, a strip of moments, or all as a moving picture.
 int DrawLog(const DrawOptions& options, const std::vector<logger::View>& views) {
-  WorkProgress progress;
   // Whether the picture can be written is found out before the log is read, which takes longer.
   if (!MayWrite(options.output, KindOf(options.output), options.force, {options.model.file}))
     return kUnusable;
+  if (options.video) {
+    if (const Result<void> may = MayEncode(options.output); !may)
+      return Unusable(may.error().message);
+  }
   const Result<logger::RunLog> log =
       LoadLog(options.model.file, {options.run, true}, options.description);
   if (!log) return Unusable(log.error().message);
@@ -93,23 +108,13 @@ int DrawLog(const DrawOptions& options, const std::vector<logger::View>& views) 
     const char* lend = log->robot == nullptr ? " (--description lends it one)" : "";
     return Unusable(options.model.file + ": " + pictures.error().message + lend);
   }
-  // A video is encoded as it is drawn; the others are drawings, which are rendered here.
-  const logger::PictureTimes times = {options.from, options.to};
-  Result<std::string> picture = std::string();
-  if (options.video) {
-    picture = (*pictures)->Video(options.fps, options.width, times, views,
-                                 [&](double share) { progress.Show(options.output, share); });
-  } else {
-    picture = (options.at ? (*pictures)->Moment(*options.at, views)
-                          : (*pictures)->Strip(options.strip, times, views))
-                  .and_then([&](logger::Drawing drawing) {
-                    if (options.width > 0) drawing.panel_width_px = options.width;
-                    return logger::RenderPicture(drawing, options.output);
-                  });
-  }
-  if (!picture) return Unusable(picture.error().message);
-  const Result<void> written = WriteFile(options.output, *picture);
-  return written ? kDone : Unusable(written.error().message);
+  if (options.video) return DrawInMotion(options, views, **pictures);
+  Result<logger::Drawing> drawing =
+      options.at ? (*pictures)->Moment(*options.at, views)
+                 : (*pictures)->Strip(options.strip, {options.from, options.to}, views);
+  if (!drawing) return Unusable(drawing.error().message);
+  if (options.width > 0) drawing->panel_width_px = options.width;
+  return WriteDrawing(*drawing, options.output);
 }
 
 /// Whether the options ask for something of a log.
@@ -189,16 +194,23 @@ std::string WhyNotTogether(const DrawOptions& options) {
     return "--at, --strip and --video are three pictures: choose one of them";
   }
   // The kind of picture is its name's, so that name and --video must agree.
-  const bool webp = options.output.ends_with(".webp");
-  if (options.video != webp) {
-    return options.video ? options.output + ": a video's name ends in .webp"
-                         : options.output + ": WebP is for videos: add --video";
+  const bool video = VideoKindOf(options.output) != nullptr;
+  if (options.video != video) {
+    return options.video ? options.output + ": a video's name ends in .mp4, .gif or .webp"
+                         : options.output + ": this is the name of a video: add --video";
   }
   return OfLog(options) ? WhyNotOfLog(options.model) : WhyNotOfModel(options);
 }
 
 /// Checks the options and draws from the model or the log.
-int Draw(const DrawOptions& options) {
+int Draw(DrawOptions options) {
+  if (options.output.empty() == options.picture.empty()) {
+    return Unusable(options.output.empty()
+                        ? "which picture to write? -o FILE, or FILE as the second word"
+                        : fmt::format("{} and -o {}: two names of one picture: leave one out",
+                                      options.picture, options.output));
+  }
+  if (options.output.empty()) options.output = options.picture;
   const std::optional<std::vector<logger::View>> views = ParseViews(options.views);
   if (!views) return kUnusable;
   if (const std::string why = WhyNotTogether(options); !why.empty()) return Unusable(why);
@@ -215,6 +227,7 @@ void AddDraw(CommandLine* line) {
   sub.Add("FILE", &options->model.file, "M3L file, or with --at, --strip or --video a log")
       .TypeName("FILE.m3l|LOG")
       .Required();
+  sub.Add("PICTURE", &options->picture, "Picture to write, in the place of -o").TypeName("FILE");
   sub.Add("--robot", &options->model.robot, "A model's robot (default: the only one)")
       .TypeName("ROBOT");
   sub.Add("--program", &options->model.program,
@@ -232,7 +245,7 @@ void AddDraw(CommandLine* line) {
       .TypeName("FILE");
   sub.Add("--at", &options->at, "Sim time of the log, seconds").Seconds();
   sub.Add("--strip", &options->strip, "So many moments of a log beside each other").Range(1, 100);
-  sub.Flag("--video", &options->video, "A log in motion, as animated WebP");
+  sub.Flag("--video", &options->video, "A log in motion, as MP4, GIF or animated WebP");
   sub.Add("--fps", &options->fps, "Pictures of a video a second of sim time (default: 10)")
       .Range(1, 50);
   sub.Add("--from", &options->from, "Sim time at which a strip or a video begins, seconds")
@@ -247,9 +260,9 @@ void AddDraw(CommandLine* line) {
   sub.Add("--width", &options->width,
           "Width of each view, in units of an SVG; a PNG has two pixels to each")
       .Range(100, 4000);
-  sub.Add("-o,--output", &options->output, "Picture to write: .svg, .png, or .webp for a video")
-      .TypeName("FILE")
-      .Required();
+  sub.Add("-o,--output", &options->output,
+          "Picture to write: .svg, .png, or for a video .mp4, .gif (both by ffmpeg) or .webp")
+      .TypeName("FILE");
   sub.Force(&options->force);
   sub.Footer(
       "Examples:\n  morphbus draw models/mtran.m3l --robot quadruped --view iso -o quadruped.svg\n"
@@ -259,7 +272,8 @@ void AddDraw(CommandLine* line) {
       "  morphbus draw models/mtran.m3l --number 12 --view iso -o mated.svg\n"
       "  morphbus draw walk.log --at 12.5 --view side,top -o walking.png\n"
       "  morphbus draw walk.log --strip 6 --from 9 --to 16 -o cycle.png\n"
-      "  morphbus draw walk.log --video --view iso -o walk.webp");
+      "  morphbus draw walk.log --video --view iso -o walk.webp\n"
+      "  morphbus draw walk.log --video walk.mp4 --fps 30");
   sub.Do([options] { return Draw(*options); });
 }
 

@@ -63,7 +63,8 @@ if (process.argv[2] === '--tests') {
 // The licence texts of all packages of which a file was bundled. Throws if one of them cannot be told.
 function licences(inputs) {
   const files = new Map();
-  for (const path of inputs) {
+  // What packages leave out in browsers is listed, too, as disabled.
+  for (const path of inputs.filter((input) => !input.startsWith('(disabled):'))) {
     const folder = /^(.*node_modules\/(?:@[^/]+\/)?[^/]+)\//.exec(path)?.[1];
     if (folder) files.set(folder, [...(files.get(folder) ?? []), path]);
   }

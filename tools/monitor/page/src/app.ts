@@ -17,6 +17,7 @@ import { HeaderBar } from './ui/header_bar.ts';
 import { HelpDialog } from './ui/help_dialog.ts';
 import { Inspector } from './ui/inspector.ts';
 import { listenForKeys } from './ui/keyboard.ts';
+import { Recorder } from './ui/recorder.ts';
 import { PlotsPanel } from './ui/plots_panel.ts';
 import { RolesPanel } from './ui/roles_panel.ts';
 import { ScenePanel } from './ui/scene_panel.ts';
@@ -56,6 +57,7 @@ export class App implements Context {
   readonly scene: ScenePanel;
   readonly plots: PlotsPanel;
   readonly control: ControlPanel;
+  readonly recorder: Recorder;
   private readonly timeline: Timeline;
   private readonly tabs = new Tabs();
   private readonly inspector: Inspector;
@@ -82,6 +84,8 @@ export class App implements Context {
     this.scene = new ScenePanel(this);
     this.plots = new PlotsPanel(this);
     this.control = new ControlPanel(this);
+    this.recorder = new Recorder(this, this.scene, this.plots);
+    this.scene.tools.append(this.recorder.button);
     this.timeline = new Timeline(this);
     this.header = new HeaderBar(
       this,
@@ -188,6 +192,7 @@ export class App implements Context {
 
   private resetRuns(): void {
     const { runs } = this.session;
+    this.recorder.stop();
     this.selected = null;
     this.seenFaults = 0;
     this.clock.follow();
@@ -246,6 +251,7 @@ export class App implements Context {
   private frame(now: number): void {
     this.frameTime += 0.1 * (Math.min(now - this.lastFrame, 1000) - this.frameTime);
     this.lastFrame = now;
+    this.recorder.lead();
     const range = this.session.range();
     const before = this.time;
     this.time = this.clock.advance(now / 1000, range.begin, range.end, range.ended);
@@ -253,15 +259,16 @@ export class App implements Context {
     const version = this.session.runs
       .map((run) => `${run.structureVersion} ${run.stateVersion} ${run.poses.length} ${run.poses.endTime}`)
       .join();
-    if (this.time !== before || (version !== this.shownVersion && this.clock.mode !== 'play')) this.scene.view?.touch();
+    if (this.time !== before || this.recorder.active || (version !== this.shownVersion && this.clock.mode !== 'play')) this.scene.view?.touch();
     this.shownVersion = version;
     this.scene.view?.render(this.time);
-    if (now >= this.nextPlot) {
+    if (now >= this.nextPlot || this.recorder.active) {
       // What is left of the time belongs to the view: a browser that draws by software has little.
       this.nextPlot = now + Math.max(PLOT_INTERVAL, PLOT_EVERY * this.frameTime);
       this.session.difference?.update();
       this.plots.update();
     }
+    this.recorder.take(now / 1000);
     if (now - this.lastTimeline >= TIMELINE_INTERVAL) {
       this.lastTimeline = now;
       this.timeline.update();
@@ -319,6 +326,7 @@ export class App implements Context {
       b: () => scene.toggleLayout(),
       r: () => scene.view?.reframe(),
       l: () => this.layouts.open(),
+      m: () => this.recorder.toggle(),
       d: () => this.theme.toggle(),
       '+': () => this.plots.zoomStep(1),
       '-': () => this.plots.zoomStep(-1),

@@ -62,6 +62,8 @@ export class Session implements Listener {
   private sourceNames = '';
   /** By log: up to which sim time it was asked for, seconds. */
   private readonly askedTo = new Map<Run, number>();
+  /** Logs whose playback was asked for something that is not answered yet. */
+  private readonly asking = new Set<Run>();
 
   constructor(surroundings: Surroundings) {
     this.connection = new Connection(surroundings, this, (channel) => {
@@ -202,6 +204,15 @@ export class Session implements Listener {
     return (run.poses.endTime - begin) / Math.max(1e-9, asked - begin);
   }
 
+  /** Whether all is there that logs have of `time`: poses as of then, or no more of them will come. */
+  has(time: number): boolean {
+    return this.runs.every((run) => {
+      if (run.kind === 'live') return true;
+      if (!run.poses.length || this.asking.has(run) || time > (this.askedTo.get(run) ?? -Infinity) + 1e-6) return time > run.logEnd;
+      return time <= run.poses.endTime || run.clock.paused;
+    });
+  }
+
   /** Gives a command to a live run, in the words of `morphbus control`. */
   command(run: Run, words: string): Promise<Decoded> {
     return this.connection.call(`/${run.name}/control`, { command: words });
@@ -256,9 +267,11 @@ export class Session implements Listener {
   }
 
   private ask(run: Run, request: Record<string, unknown>): void {
-    this.connection.call(`/${run.name}/playback`, request).catch((error: Error) => {
-      this.onStatus(1, `${run.name}: ${error.message}`);
-    });
+    this.asking.add(run);
+    this.connection
+      .call(`/${run.name}/playback`, request)
+      .catch((error: Error) => this.onStatus(1, `${run.name}: ${error.message}`))
+      .finally(() => this.asking.delete(run));
   }
 }
 

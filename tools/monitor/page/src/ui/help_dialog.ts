@@ -42,6 +42,7 @@ export const KEYS: [string, [string, string][]][] = [
       ['1 … 5', 'roles, faults, channels, control, compare'],
       ['P', 'add a plot'],
       ['+ − 0', 'plots: zoom in, out, back'],
+      ['M', 'record a video, or stop'],
       ['L', 'layouts: save, bring back, pass on'],
       ['D', 'dark or light'],
       ['?', 'this help'],

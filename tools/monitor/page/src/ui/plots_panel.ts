@@ -20,7 +20,7 @@ export class PlotsPanel implements Panel, PlotKeeper {
   readonly element: HTMLElement;
   hover = NaN;
   chosen: [number, number] | null = null;
-  private readonly list = element('div', { class: 'plot-list' });
+  readonly list = element('div', { class: 'plot-list' });
   private readonly empty = element(
     'p',
     { class: 'empty' },

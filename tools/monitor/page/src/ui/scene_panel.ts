@@ -23,16 +23,18 @@ export class ScenePanel implements Panel {
   readonly element: HTMLElement;
   /** Null where the browser cannot draw in three dimensions. */
   readonly view: View3D | null;
-  private readonly stage = element('div', { class: 'stage' });
+  readonly stage = element('div', { class: 'stage' });
   private readonly message = element('div', { class: 'message', hidden: true });
   private readonly legend = element('div', { class: 'roles-legend' });
   private readonly buttons = new Map<string, HTMLButtonElement>();
   private readonly layoutButton: HTMLButtonElement;
+  /** The switches over the view. */
+  readonly tools = element('div', { class: 'toolbar view-tools', role: 'toolbar', 'aria-label': 'View' });
   private shown = '';
   private messageKey = '';
 
   constructor(private readonly context: Context) {
-    const toolbar = element('div', { class: 'toolbar view-tools', role: 'toolbar', 'aria-label': 'View' });
+    const toolbar = this.tools;
     this.element = element(
       'section',
       { class: 'scene', 'aria-label': 'View in three dimensions' },

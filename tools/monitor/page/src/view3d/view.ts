@@ -153,6 +153,19 @@ export class View3D {
     this.dirty = true;
   }
 
+  /** Draws with so many pixels to each of the page, neither more nor fewer, until what it returns is called. */
+  fix(pixelRatio: number): () => void {
+    const before = { pixelRatio: this.pixelRatio, adaptive: this.options.adaptive };
+    this.pixelRatio = pixelRatio;
+    this.options.adaptive = false;
+    this.resize();
+    return () => {
+      this.pixelRatio = before.pixelRatio;
+      this.options.adaptive = before.adaptive;
+      this.resize();
+    };
+  }
+
   /** Something of what is shown has changed: the next call of render() draws. */
   touch(): void {
     this.dirty = true;
