@@ -4,6 +4,16 @@
 #include "vm/image/print_line.h"
 
 namespace morphbus::bridge {
+namespace {
+
+/// Where a line of the program stands whose own file is `file`; of one that is not known both stay
+/// as they are.
+vm::SourcePlace PlaceOf(const vm::VerifiedProgram* program, const std::string& file, int line) {
+  if (program == nullptr) return {file, line};
+  return vm::SourceFiles(*program).Of(line, file);
+}
+
+}  // namespace
 
 bool IsOwnProgram(const RunModel& run, const vm::VerifiedProgram& program) {
   return run.has_program && run.images.program().SameButForParameters(program);
@@ -48,7 +58,8 @@ ReportWords ProgramWords::Fault(uint64_t program_hash, const std::string& type,
                                 const vm::Fault& fault) {
   ReportWords words;
   // A fault has a sentence also where the program is unknown: names are then numbers.
-  const vm::FaultContext context{Find(program_hash, &words.file), FindKinematics(type)};
+  const vm::FaultContext context{Find(program_hash, &words.program), FindKinematics(type)};
+  words.place = PlaceOf(context.program, words.program, fault.line);
   words.text = vm::FaultSentence(fault, context);
   words.function = vm::FaultFunction(fault, context.program);
   words.task = vm::FaultTask(fault, context.program);
@@ -58,7 +69,8 @@ ReportWords ProgramWords::Fault(uint64_t program_hash, const std::string& type,
 ReportWords ProgramWords::Print(uint64_t program_hash, const std::string& type,
                                 const vm::PrintReport& print) {
   ReportWords words;
-  const vm::VerifiedProgram* program = Find(program_hash, &words.file);
+  const vm::VerifiedProgram* program = Find(program_hash, &words.program);
+  words.place = PlaceOf(program, words.program, print.line);
   // The text that a program prints stands in its image, and in no message.
   if (program == nullptr) {
     words.text = "text " + std::to_string(print.text) + " of a program that is not known here";
@@ -67,6 +79,12 @@ ReportWords ProgramWords::Print(uint64_t program_hash, const std::string& type,
   words.text =
       vm::PrintText(*program, FindKinematics(type), print.text, print.values, print.num_values);
   return words;
+}
+
+vm::SourcePlace ProgramWords::Place(uint64_t program_hash, int line) {
+  std::string file;
+  const vm::VerifiedProgram* program = Find(program_hash, &file);
+  return PlaceOf(program, file, line);
 }
 
 TracedValue ProgramWords::Trace(uint64_t program_hash, int role, const vm::TraceReport& trace) {

@@ -9,6 +9,7 @@
 
 #include "bridge/description/run_model.h"
 #include "vm/image/fault_text.h"
+#include "vm/image/source_places.h"
 #include "vm/module_api.h"
 
 namespace morphbus::bridge {
@@ -16,9 +17,10 @@ namespace morphbus::bridge {
 /// A report in words, with the names that the images have; without an image there are numbers.
 struct ReportWords {
   std::string text;
-  std::string file;      ///< The program's source file; empty if unknown.
-  std::string function;  ///< Of a fault: where it happened; empty if in none.
-  std::string task;      ///< Of a fault: the function of the task that it has ended.
+  vm::SourcePlace place;  ///< Where the report comes from; without a file if that is unknown.
+  std::string program;    ///< The program's own file, likewise.
+  std::string function;   ///< Of a fault: where it happened; empty if in none.
+  std::string task;       ///< Of a fault: the function of the task that it has ended.
 };
 
 /// The value of a field that a program traces.
@@ -48,11 +50,13 @@ class ProgramWords {
   uint64_t SourceHash(uint64_t program_hash);
   /// A printed line, likewise; no text if the program is not known.
   ReportWords Print(uint64_t program_hash, const std::string& type, const vm::PrintReport& print);
+  /// Where a line stands that a module says of such a program.
+  vm::SourcePlace Place(uint64_t program_hash, int line);
   /// The value of a field that a module with this role traces.
   TracedValue Trace(uint64_t program_hash, int role, const vm::TraceReport& trace);
 
  private:
-  /// The program with this hash; null if it is not known. `file` is set to its source.
+  /// The program with this hash; null if it is not known. `file` is set to its own file.
   const vm::VerifiedProgram* Find(uint64_t hash, std::string* file);
 
   /// What the type has; null if it is not known.

@@ -95,7 +95,14 @@ void Converter::Begin(const OutwardSink& sink) {
   morphbus::Description description = DescriptionOf(*run_, colors_);
   // The text is that of the values in the source, whatever the run has chosen.
   if (text_) {
-    description.set_program_text(text_(words_.SourceHash(run_->program_hash), run_->program_file));
+    const std::string& own = run_->program_file;
+    const SourceTexts texts = text_(words_.SourceHash(run_->program_hash), own);
+    description.set_program_text(texts.own);
+    for (const auto& [file, text] : texts.imported) {
+      morphbus::SourceText& imported = *description.add_imported();
+      imported.set_file(own.substr(0, own.find_last_of('/') + 1) + file);
+      imported.set_text(text);
+    }
   }
   Send(OutwardTopic::kDescription, 0, description);
   Send(OutwardTopic::kScene, 0, SceneOf(source_, *run_));

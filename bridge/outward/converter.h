@@ -36,9 +36,15 @@ namespace morphbus::bridge {
 using OutwardSink =
     std::function<void(OutwardTopic topic, int64_t time_ns, const std::string& bytes)>;
 
-/// The text of a program: by the hash of its image and the path of its source. Empty if the file is
-/// not what the image was compiled from.
-using ProgramText = std::function<std::string(uint64_t hash, const std::string& file)>;
+/// The texts of a program.
+struct SourceTexts {
+  std::string own;
+  /// Of the files that it imports, by their paths as they lie from the folder of its own.
+  std::map<std::string, std::string> imported;
+};
+/// Finds them by the hash of the program's image and the path of its own file. They are empty if
+/// they are not what the image was compiled from.
+using ProgramText = std::function<SourceTexts(uint64_t hash, const std::string& file)>;
 
 /// Sets the time of a message for viewers: sim time since the run's start, microseconds.
 void SetTime(int64_t time_us, google::protobuf::Timestamp* out);
@@ -139,7 +145,7 @@ class Converter : private RunMessageHandler {
   void Send(OutwardTopic topic, int64_t time_us, const google::protobuf::MessageLite& message);
 
   /// The line of a program's text; empty if that is not known.
-  std::string SourceLine(uint64_t hash, const std::string& file, int line);
+  std::string SourceLine(uint64_t hash, const ReportWords& words);
   /// Modules that still answer.
   [[nodiscard]] int NumLiving() const;
   [[nodiscard]] int num_modules() const { return static_cast<int>(run_->robot->modules.size()); }
@@ -186,7 +192,7 @@ class Converter : private RunMessageHandler {
   // Programs that came during the run.
   DeployedImages deployed_;
   ProgramWords words_;
-  std::map<uint64_t, std::shared_ptr<const std::vector<std::string>>> source_lines_;
+  std::map<uint64_t, std::shared_ptr<const SourceTexts>> source_texts_;
   std::string buffer_;  ///< The message being sent.
 };
 

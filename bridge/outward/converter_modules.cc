@@ -22,12 +22,14 @@ morphbus::JointOrder::Mode ModeOf(int mode) {
   return morphbus::JointOrder::HOLD;
 }
 
-/// The lines of a text, without their ends.
-std::vector<std::string> LinesOf(const std::string& text) {
-  std::vector<std::string> lines;
+/// Line number `number`, from 1; empty if there are fewer.
+std::string LineOf(const std::string& text, int number) {
   std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
+  std::string line;
+  for (int i = 0; i < number; ++i) {
+    if (!std::getline(stream, line)) return "";
+  }
+  return line;
 }
 
 }  // namespace
@@ -132,7 +134,11 @@ void Converter::OnStatus(const RunMessage& message, morphbus::status_t&& status)
     morphbus::Task& out = *state.add_tasks();
     out.set_kind(vm::TaskKindName(static_cast<vm::TaskKind>(task.kind)));
     out.set_function(EscapeControl(task.function_name));
-    out.set_line(static_cast<uint32_t>(std::max<int>(0, task.line)));
+    const auto hash = static_cast<uint64_t>(status.header.program_hash);
+    const vm::SourcePlace place = words_.Place(hash, std::max<int>(0, task.line));
+    out.set_line(static_cast<uint32_t>(place.line));
+    // The program's own file goes without saying.
+    if (place.line != task.line) out.set_file(EscapeControl(place.file));
   }
   state.set_ended_behaviors(static_cast<uint32_t>(std::max<int>(0, status.ended_behaviors)));
   state.set_startup_ended(status.startup_ended);
@@ -158,19 +164,22 @@ void Converter::SendModules() {
   Send(OutwardTopic::kModules, clock_.time_us(), modules);
 }
 
-std::string Converter::SourceLine(uint64_t hash, const std::string& file, int line) {
+std::string Converter::SourceLine(uint64_t hash, const ReportWords& words) {
   // Line 0 is that of faults that have no place in the source.
-  if (!text_ || line < 1) return "";
-  auto found = source_lines_.find(hash);
-  if (found == source_lines_.end()) {
+  if (!text_ || words.place.line < 1) return "";
+  auto found = source_texts_.find(hash);
+  if (found == source_texts_.end()) {
     // Hashes come from messages, of which somebody may invent any number.
-    if (source_lines_.size() >= kMostPrograms) return "";
-    auto lines = std::make_shared<const std::vector<std::string>>(
-        LinesOf(text_(words_.SourceHash(hash), file)));
-    found = source_lines_.emplace(hash, std::move(lines)).first;
+    if (source_texts_.size() >= kMostPrograms) return "";
+    auto texts = std::make_shared<const SourceTexts>(text_(words_.SourceHash(hash), words.program));
+    found = source_texts_.emplace(hash, std::move(texts)).first;
   }
-  const std::vector<std::string>& lines = *found->second;
-  return static_cast<size_t>(line) <= lines.size() ? lines[line - 1] : "";
+  if (words.place.file == words.program) return LineOf(found->second->own, words.place.line);
+  for (const auto& [file, text] : found->second->imported) {
+    const bool is_it = words.place.file == file || words.place.file.ends_with("/" + file);
+    if (is_it) return LineOf(text, words.place.line);
+  }
+  return "";
 }
 
 void Converter::SendFault(const morphbus::status_t& status, const morphbus::fault_t& wire,
@@ -186,9 +195,9 @@ void Converter::SendFault(const morphbus::status_t& status, const morphbus::faul
   out.set_name(vm::FaultName(fault.code));
   out.set_text(EscapeControl(words.text));
   out.set_function(EscapeControl(words.function));
-  out.set_file(EscapeControl(words.file));
-  out.set_line(fault.line);
-  out.set_source_line(SourceLine(hash, out.file(), fault.line));
+  out.set_file(EscapeControl(words.place.file));
+  out.set_line(static_cast<uint32_t>(words.place.line));
+  out.set_source_line(SourceLine(hash, words));
   Send(OutwardTopic::kFaults, status.header.sim_time_us, out);
   SendLog(status.header.sim_time_us, foxglove::Log::ERROR, out.module(), out.text(),
           {out.file(), out.line()});
@@ -205,8 +214,8 @@ void Converter::SendPrint(const morphbus::status_t& status, const morphbus::prin
   out.set_module(run_->robot->modules[module].name);
   out.set_role(EscapeControl(status.role_name));
   out.set_text(EscapeControl(words.text));
-  out.set_file(EscapeControl(words.file));
-  out.set_line(print.line);
+  out.set_file(EscapeControl(words.place.file));
+  out.set_line(static_cast<uint32_t>(words.place.line));
   Send(OutwardTopic::kPrints, status.header.sim_time_us, out);
   SendLog(status.header.sim_time_us, foxglove::Log::INFO, out.module(), out.text(),
           {out.file(), out.line()});

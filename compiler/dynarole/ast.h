@@ -333,10 +333,17 @@ struct Role {
   std::vector<Trace> traces;
 };
 
-/// A program: the roles of one file, in their order.
+/// `import "FILE";`: what the file declares outside all counts as if it stood here.
+struct ImportDecl {
+  /// As it is written, relative to the folder of the file that it stands in.
+  std::string path;
+  source::Span span;  ///< Of the path, with its quotes.
+};
+
+/// A program: the roles of one file, in their order; and once it is loaded those of the files that
+/// it imports, which come first.
 struct Program {
-  /// Index of the program's text in the SourceSet.
-  int file = 0;
+  std::vector<ImportDecl> imports;
   std::vector<Role> roles;
   /// Constants that stand outside all roles.
   std::vector<ConstantDecl> constants;
@@ -345,6 +352,8 @@ struct Program {
   /// The root of all roles where functions stand outside all of them, which are its members; else
   /// null.
   std::unique_ptr<Role> root;
+  /// Functions of imported files that no code names, which no image needs to hold.
+  std::vector<Member> left_out;
 };
 
 /// "field", "label", "requirement": the kind of member as messages say it.

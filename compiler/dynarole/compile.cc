@@ -1,9 +1,8 @@
 #include "compiler/dynarole/compile.h"
 
-#include <algorithm>
 #include <memory>
 #include <optional>
-#include <string_view>
+#include <utility>
 
 #include "compiler/dynarole/broken_program.h"
 #include "compiler/dynarole/checker.h"
@@ -11,8 +10,8 @@
 #include "compiler/dynarole/dump.h"
 #include "compiler/dynarole/image_writer.h"
 #include "compiler/dynarole/lints.h"
+#include "compiler/dynarole/loader.h"
 #include "compiler/dynarole/name_index.h"
-#include "compiler/dynarole/parser.h"
 #include "vm/image/disassembler.h"
 #include "vm/image/verifier.h"
 
@@ -20,22 +19,10 @@ namespace morphbus::dynarole {
 
 namespace {
 
-constexpr size_t kMaxTextBytes = size_t{1} << 20;
-
-/// The first word of an M3L model, if the text is one and no program; else nothing. Both languages
-/// have constants, so that what follows them decides.
-std::optional<source::Span> BeginningOfModel(const source::SourceSet& sources, int file,
-                                             const std::vector<Token>& tokens) {
-  constexpr std::string_view kStatements[] = {"module", "connection", "robot"};
-  for (size_t i = 0; i + 1 < tokens.size(); ++i) {
-    if (tokens[i].kind == TokenKind::kRole || tokens[i].kind == TokenKind::kAbstract) break;
-    const source::Span& span = tokens[i].span;
-    const std::string_view word = sources.text(file).substr(span.begin, span.end - span.begin);
-    const bool named = tokens[i + 1].kind == TokenKind::kName;
-    if (named && std::ranges::count(kStatements, word) > 0) return span;
-    if (word == "import" && tokens[i + 1].kind == TokenKind::kText) return span;
-  }
-  return std::nullopt;
+/// The last component of the program's path.
+std::string FileName(const CompileResult& result) {
+  const std::string& path = result.sources.name(0);
+  return path.substr(path.find_last_of('/') + 1);
 }
 
 // The last line of defence against our own slips: nothing leaves that the VM would refuse.
@@ -51,6 +38,60 @@ void VerifyOwnImage(const std::vector<uint8_t>& image, CompileResult* result) {
       .hint = "this is a fault of the compiler; please report it with the program";
 }
 
+/// All stages behind the loader.
+void CompileLoaded(const keywords::KeywordTable& keywords, Dump dump, Program* program,
+                   source::NameTable* names, CompileResult* result) {
+  // What could not be read would only cause complaints about what it would have declared.
+  if (result->diagnostics.had_errors()) {
+    if (names != nullptr) *names = NamesOfBroken(result->sources, keywords, program);
+    return;
+  }
+  // What others import is checked as far as it can be by itself.
+  const bool empty =
+      program->root == nullptr && program->constants.empty() && program->enumerations.empty();
+  result->is_library = program->roles.empty() && !empty;
+  // From here on the tree is sound. The model gives names their meanings, the checker types.
+  ProgramModel model = BuildModel(program, &result->diagnostics);
+  Check(keywords, &model, &result->diagnostics);
+  if (names != nullptr) *names = IndexNames(result->sources, keywords, model);
+  if (program->roles.empty()) {
+    result->diagnostics.Error({0, 0, 0}, kNoRoles).hint =
+        empty ? "a program is a list of roles: role NAME extends Module { ... }"
+              : "a program with roles can import it: import \"" + FileName(*result) + "\";";
+  }
+  if (result->diagnostics.had_errors()) return;
+  // Warnings are for programs that can run; a broken one has worse to be told.
+  Lint(keywords, model, &result->diagnostics);
+  const ProgramCode code = Generate(result->sources, model, &result->diagnostics);
+  if (result->diagnostics.had_errors()) return;
+
+  // Last, the bytes, checked as every virtual machine will check them.
+  std::vector<uint8_t> image = WriteImage(result->sources, keywords, model, code);
+  if (image.empty()) {
+    result->diagnostics.Error({0, 0, 0}, "program is too large for an image").hint =
+        "an image has at most " + std::to_string(vm::kMaxImageBytes) + " bytes";
+    return;
+  }
+  VerifyOwnImage(image, result);
+  if (result->diagnostics.had_errors()) return;
+  if (dump == Dump::kCode) {
+    result->dump = vm::DisassembleImage(image.data(), static_cast<uint32_t>(image.size()));
+  }
+  result->image = std::move(image);
+}
+
+/// Makes what was left out members of the root again.
+void TakeBack(Program* program) {
+  if (program->root == nullptr) {
+    program->root = std::make_unique<Role>();
+    program->root->abstract_role = true;
+    program->root->name = "Module";
+    program->root->span = program->root->name_span = program->left_out.front().span;
+  }
+  for (Member& member : program->left_out) program->root->members.push_back(std::move(member));
+  program->left_out.clear();
+}
+
 }  // namespace
 
 std::optional<Dump> DumpFromName(const std::string& name) {
@@ -62,63 +103,20 @@ std::optional<Dump> DumpFromName(const std::string& name) {
 
 CompileResult CompileProgram(const std::string& name, const std::string& text,
                              const keywords::KeywordTable& keywords, Dump dump,
-                             source::NameTable* names) {
-  // A text that is too large is not even kept, as diagnostics show lines of it.
+                             source::NameTable* names, source::TextReader read) {
   CompileResult result;
-  const bool too_large = text.size() > kMaxTextBytes;
-  const int file = result.sources.AddText(name, too_large ? std::string() : text);
-  if (too_large) {
-    result.diagnostics.Error({file, 0, 0}, "program is larger than 1 MiB");
-    return result;
+  Loader loader(std::move(read), dump, &result);
+  loader.LoadText(name, text);
+  // The program's own text is the first one, also where it could not be taken.
+  if (result.sources.size() == 0) result.sources.AddText(name, "");
+  Program program = loader.Take();
+  result.imports = program.imports;
+  CompileLoaded(keywords, dump, &program, names, &result);
+  // Editors propose also what is left out of the image.
+  if (names != nullptr && !program.left_out.empty()) {
+    TakeBack(&program);
+    *names = NamesOfBroken(result.sources, keywords, &program);
   }
-  // Each stage goes on after errors and reports all it can.
-  source::Diagnostics unreadable;
-  // The tokens are kept: both languages have words and names alike.
-  const std::vector<Token> tokens = Tokenize(result.sources, file, &unreadable);
-  // Of a text in another language every line is wrong; that it is one says all.
-  if (const std::optional<source::Span> word = BeginningOfModel(result.sources, file, tokens)) {
-    result.diagnostics.Error(*word, "this is an M3L model, not a program")
-        .Hint("where a command takes both, the model comes first: MODEL.m3l PROGRAM.dyn");
-    return result;
-  }
-  // What could not be read is reported only now that it is known to be meant as a program.
-  if (!unreadable.all().empty()) Tokenize(result.sources, file, &result.diagnostics);
-  if (dump == Dump::kTokens) result.dump = DumpTokens(result.sources, tokens);
-  Program program = Parse(result.sources, file, tokens, &result.diagnostics);
-  if (dump == Dump::kAst) result.dump = DumpAst(program);
-  // What could not be read would only cause complaints about what it would have declared.
-  if (result.diagnostics.had_errors()) {
-    if (names != nullptr) *names = NamesOfBroken(result.sources, keywords, &program);
-    return result;
-  }
-  if (program.roles.empty()) {
-    result.diagnostics.Error({file, 0, 0}, "program has no roles").hint =
-        "a program is a list of roles: role NAME extends Module { ... }";
-    return result;
-  }
-  // From here on the tree is sound. The model gives names their meanings, the checker types.
-  ProgramModel model = BuildModel(&program, &result.diagnostics);
-  Check(keywords, &model, &result.diagnostics);
-  if (names != nullptr) *names = IndexNames(result.sources, keywords, model);
-  if (result.diagnostics.had_errors()) return result;
-  // Warnings are for programs that can run; a broken one has worse to be told.
-  Lint(keywords, model, &result.diagnostics);
-  const ProgramCode code = Generate(result.sources, model, &result.diagnostics);
-  if (result.diagnostics.had_errors()) return result;
-
-  // Last, the bytes, checked as every virtual machine will check them.
-  std::vector<uint8_t> image = WriteImage(name, keywords, model, code);
-  if (image.empty()) {
-    result.diagnostics.Error({file, 0, 0}, "program is too large for an image").hint =
-        "an image has at most " + std::to_string(vm::kMaxImageBytes) + " bytes";
-    return result;
-  }
-  VerifyOwnImage(image, &result);
-  if (result.diagnostics.had_errors()) return result;
-  if (dump == Dump::kCode) {
-    result.dump = vm::DisassembleImage(image.data(), static_cast<uint32_t>(image.size()));
-  }
-  result.image = std::move(image);
   return result;
 }
 

@@ -7,8 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "compiler/dynarole/ast.h"
 #include "compiler/keywords/keyword_table.h"
 #include "compiler/source/diagnostics.h"
+#include "compiler/source/import_reader.h"
 #include "compiler/source/name_table.h"
 #include "compiler/source/source_text.h"
 
@@ -26,18 +28,30 @@ std::optional<Dump> DumpFromName(const std::string& name);
 struct CompileResult {
   /// The program; absent if there were errors.
   std::optional<std::vector<uint8_t>> image;
-  source::SourceSet sources;        ///< The program's text, to which the diagnostics refer.
+  /// The program's text, which is file 0, and those that it imports; the diagnostics refer to them.
+  source::SourceSet sources;
   source::Diagnostics diagnostics;  ///< Errors and warnings; never both an error and an image.
   /// The stage asked for, as far as it was reached.
   std::string dump;
+  /// The imports of all files.
+  std::vector<ImportDecl> imports;
+  /// The text declares something and no role, so that it is for others to import: kNoRoles is an
+  /// error in it.
+  bool is_library = false;
 };
+
+/// What is said of a text without roles.
+inline constexpr const char* kNoRoles = "program has no roles";
 
 /// Compiles one program. `name` is the file's name for messages; `keywords` are those of all module
 /// types that the robot may have: each keyword the program uses must be one of at least one type.
-/// Texts over 1 MiB are refused. A program that compiles is one that vm::Verifier accepts.
+/// Texts over 1 MiB, with all that they import, are refused. A program that compiles is one that
+/// vm::Verifier accepts.
 /// @param names  if not null, gets the names of the program, as far as they could be made out.
+/// @param read   reads what is imported: files whose paths are relative to the folder of `name`.
 CompileResult CompileProgram(const std::string& name, const std::string& text,
                              const keywords::KeywordTable& keywords, Dump dump = Dump::kNone,
-                             source::NameTable* names = nullptr);
+                             source::NameTable* names = nullptr,
+                             source::TextReader read = source::ReadSourceFile);
 
 }  // namespace morphbus::dynarole

@@ -181,6 +181,7 @@ std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token
 // A role with its base, then its members.
 std::string DumpAst(const Program& program) {
   std::string out;
+  for (const ImportDecl& import : program.imports) out += "import \"" + import.path + "\"\n";
   DumpConstants(program.constants, "", &out);
   if (program.root != nullptr) {
     for (const Member& member : program.root->members) DumpMember(member, &out);

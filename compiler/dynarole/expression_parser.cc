@@ -35,19 +35,6 @@ constexpr BinaryOperator kBinaryOperators[] = {
     {TokenKind::kPercent, Operator::kMod, 6},
 };
 
-// The characters of a text: without its quotes and without the backslashes before quotes and
-// backslashes.
-std::string TextValue(const std::string& token) {
-  std::string value;
-  for (size_t i = 1; i + 1 < token.size(); ++i) {
-    const bool escapes =
-        token[i] == '\\' && i + 2 < token.size() && (token[i + 1] == '"' || token[i + 1] == '\\');
-    if (escapes) ++i;
-    value += token[i];
-  }
-  return value;
-}
-
 // Null for tokens that are no binary operators: the expression ends there.
 const BinaryOperator* FindBinary(TokenKind token) {
   for (const BinaryOperator& candidate : kBinaryOperators) {

@@ -133,7 +133,7 @@ void FunctionBuilder::Leave(const vm::OpcodeInfo& info, const NamedByOperand& na
 
 void FunctionBuilder::MarkLine(const source::Span& span) {
   // A line is noted once, where its code begins; a line without code leaves no entry.
-  const int line = std::min(sources_.LineOf(span.file, span.begin), 65535);
+  const int line = std::min(sources_.LineOfAll(span.file, span.begin), 65535);
   const auto offset = static_cast<uint32_t>(code_.bytes.size());
   if (!code_.lines.empty() && code_.lines.back().line == line) return;
   if (!code_.lines.empty() && code_.lines.back().offset == offset) code_.lines.pop_back();

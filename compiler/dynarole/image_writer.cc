@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "vm/image/image.h"
 #include "vm/image/image_bytes.h"
@@ -13,14 +14,26 @@ namespace {
 using vm::ImageBytes;
 using vm::image::Section;
 
+/// A file as the notes name it.
+std::string NameInNotes(const source::SourceSet& sources, int file) {
+  std::string name = sources.NameFromFirst(file);
+  if (name.size() > 255) name.resize(255);
+  // Control characters in a file's name would reach terminals through faults and listings.
+  for (char& c : name) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  }
+  return name;
+}
+
 // Fills the sections one by one, then puts them together behind the header.
 class Writer {
  public:
-  Writer(const keywords::KeywordTable& keywords, const ProgramModel& model, const ProgramCode& code)
-      : keywords_(keywords), model_(model), code_(code) {}
+  Writer(const source::SourceSet& sources, const keywords::KeywordTable& keywords,
+         const ProgramModel& model, const ProgramCode& code)
+      : sources_(sources), keywords_(keywords), model_(model), code_(code) {}
 
-  /// The whole image, its notes included, with the name of its source for messages of faults.
-  std::vector<uint8_t> Write(const std::string& source_name) {
+  /// The whole image, its notes included.
+  std::vector<uint8_t> Write() {
     WriteKeywords();
     constants_ = code_.constants;
     for (size_t i = 0; i < model_.routines.size(); ++i) WriteFunction(i);
@@ -34,7 +47,7 @@ class Writer {
     }
     // The texts were collected while the other sections were written.
     section(Section::kStrings) = strings_.bytes;
-    return Assemble(WriteNotes(source_name));
+    return Assemble(WriteNotes());
   }
 
  private:
@@ -108,6 +121,7 @@ class Writer {
     for (const LineCode& line : function.lines) {
       lines_.U16(code_begin + line.offset);
       lines_.U16(line.line);
+      with_code_.insert(line.line);
     }
     section(Section::kCode).Append(function.bytes);
   }
@@ -176,11 +190,11 @@ class Writer {
   }
 
   // What people want to know of the program and modules need not.
-  std::vector<uint8_t> WriteNotes(const std::string& source_name) {
+  std::vector<uint8_t> WriteNotes() {
     // The notes have strings of their own, so that modules need not hold them.
     Strings strings;
     ImageBytes source, names;
-    strings.Put(&source, source_name);
+    strings.Put(&source, NameInNotes(sources_, 0));
     for (const Routine& routine : model_.routines) strings.Put(&names, routine.name);
     for (const std::string& name : field_names_) strings.Put(&names, name);
     size_t num_locals = 0;
@@ -199,6 +213,16 @@ class Writer {
         ranges.U32(cell.bits);
       }
     }
+    // Imported files that have code, so that of all others the image says nothing.
+    ImageBytes files;
+    for (int file = 1; file < sources_.size(); ++file) {
+      const int first = sources_.LineOfAll(file, 0);
+      const int last = sources_.LineOfAll(file, sources_.text(file).size());
+      const auto with_code = with_code_.lower_bound(first);
+      if (with_code == with_code_.end() || *with_code > last) continue;
+      files.U16(static_cast<size_t>(first));
+      strings.Put(&files, NameInNotes(sources_, file));
+    }
     too_large_ = too_large_ || strings.bytes.size() > 0xffff || lines_.size() / 4 > 0xffff;
     ImageBytes notes;
     notes.U32(vm::image::kNotesMagic);
@@ -206,7 +230,7 @@ class Writer {
     notes.U16(field_names_.size());
     notes.U16(num_locals);
     notes.U16(lines_.size() / vm::image::kLineBytes);
-    for (const ImageBytes* part : {&source, &strings.bytes, &names, &ranges, &lines_}) {
+    for (const ImageBytes* part : {&source, &strings.bytes, &names, &ranges, &lines_, &files}) {
       notes.Append(part->bytes());
     }
     return notes.bytes();
@@ -257,6 +281,7 @@ class Writer {
     }
   }
 
+  const source::SourceSet& sources_;
   const keywords::KeywordTable& keywords_;
   const ProgramModel& model_;
   const ProgramCode& code_;
@@ -270,22 +295,17 @@ class Writer {
   // For the notes.
   std::vector<std::string> field_names_;
   ImageBytes lines_;
+  std::set<int> with_code_;  ///< Lines that have code, counted over all files.
   /// True if a count does not fit the header.
   bool too_large_ = false;
 };
 
 }  // namespace
 
-std::vector<uint8_t> WriteImage(const std::string& source_name,
+std::vector<uint8_t> WriteImage(const source::SourceSet& sources,
                                 const keywords::KeywordTable& keywords, const ProgramModel& model,
                                 const ProgramCode& code) {
-  // Control characters in a file's name would reach terminals through faults and listings.
-  std::string name = source_name.substr(source_name.find_last_of('/') + 1);
-  if (name.size() > 255) name.resize(255);
-  for (char& c : name) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  }
-  return Writer(keywords, model, code).Write(name);
+  return Writer(sources, keywords, model, code).Write();
 }
 
 }  // namespace morphbus::dynarole

@@ -235,6 +235,17 @@ std::string Describe(TokenKind kind) {
   return form == Spelling::Form::kOther ? std::string(text) : "'" + std::string(text) + "'";
 }
 
+std::string TextValue(const std::string& token) {
+  std::string value;
+  for (size_t i = 1; i + 1 < token.size(); ++i) {
+    const bool escapes =
+        token[i] == '\\' && i + 2 < token.size() && (token[i + 1] == '"' || token[i + 1] == '\\');
+    if (escapes) ++i;
+    value += token[i];
+  }
+  return value;
+}
+
 std::vector<Token> Tokenize(const source::SourceSet& sources, int file,
                             source::Diagnostics* diagnostics) {
   // Bytes that are not UTF-8 are reported once for the whole file, not at each token.

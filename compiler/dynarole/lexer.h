@@ -48,6 +48,10 @@ std::vector<std::string_view> ReservedWords();
 /// It is the same for all names and for all numbers, whose text the caller may add.
 std::string Describe(TokenKind kind);
 
+/// The characters of a text token: without its quotes and without the backslashes before quotes and
+/// backslashes.
+std::string TextValue(const std::string& token);
+
 /// Splits the text of a file into tokens, the last of which is kEnd. What cannot be read is an
 /// error in `diagnostics` and left out: characters that begin no token, numbers followed by
 /// letters, "..." for parts left out, a comment or text without end, bytes that are not UTF-8.

@@ -55,22 +55,27 @@ class Linter {
 
  private:
   void LintUnused() {
-    // The checker has noted what is read and called.
+    // The checker has noted what is read and called. A file that others import is for all of them,
+    // and none needs all of it.
+    const auto imported = [](const Span& span) { return span.file != 0; };
     for (const FieldDecl& decl : model_.fields) {
       // Of an array it is said once.
       const std::string& name = decl.array.empty() ? decl.name : decl.array;
-      if (decl.read || (!decl.array.empty() && decl.name != decl.array + "[0]")) continue;
+      if (decl.read || imported(decl.span) ||
+          (!decl.array.empty() && decl.name != decl.array + "[0]"))
+        continue;
       diagnostics_.Warning(decl.span, "field '" + name + "' is never read");
     }
     for (const ConstantModel& constant : model_.constants) {
       // That some values of an enumeration are not used yet is no slip.
-      if (!constant.used && constant.enumeration < 0) {
+      if (!constant.used && constant.enumeration < 0 && !imported(constant.span)) {
         diagnostics_.Warning(constant.span,
                              constant.Kind() + " '" + constant.name + "' is never used");
       }
     }
     for (const Signature& signature : model_.signatures) {
-      if (signature.kind == MemberKind::kFunction && !signature.called) {
+      if (signature.kind == MemberKind::kFunction && !signature.called &&
+          !imported(signature.span)) {
         diagnostics_.Warning(signature.span, "function '" + signature.name + "' is never called");
       }
     }

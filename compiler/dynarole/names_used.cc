@@ -1,5 +1,6 @@
 #include "compiler/dynarole/names_used.h"
 
+#include <map>
 #include <set>
 
 namespace morphbus::dynarole {
@@ -51,7 +52,69 @@ class Walk {
   std::set<std::string> declared_;
 };
 
+/// Names that were found, each once, in the order in which they were.
+struct FoundNames {
+  std::set<std::string> seen;
+  std::vector<std::string> all;
+};
+
+/// Adds all names in an expression, statement or member, whatever they stand for.
+void AddNames(const Expr* expr, FoundNames* names) {
+  if (expr == nullptr) return;
+  const bool named = expr->kind == ExprKind::kName || expr->kind == ExprKind::kMember;
+  if (named && names->seen.insert(expr->name).second) names->all.push_back(expr->name);
+  for (const ExprPtr& operand : expr->operands) AddNames(operand.get(), names);
+}
+
+void AddNames(const Stmt* statement, FoundNames* names) {
+  if (statement == nullptr) return;
+  AddNames(statement->expr.get(), names);
+  AddNames(statement->subscript.get(), names);
+  for (const SwitchCase& one : statement->cases) {
+    for (const ExprPtr& value : one.values) AddNames(value.get(), names);
+  }
+  for (const StmtPtr& inner : statement->body) AddNames(inner.get(), names);
+}
+
+void AddNames(const Member& member, FoundNames* names) {
+  AddNames(member.expr.get(), names);
+  AddNames(member.period.get(), names);
+  AddNames(member.body.get(), names);
+}
+
 }  // namespace
+
+void LeaveOutUnused(Program* program) {
+  if (program->root == nullptr) return;
+  std::vector<Member>& functions = program->root->members;
+  FoundNames names;
+  for (const Role& role : program->roles) {
+    for (const Member& member : role.members) AddNames(member, &names);
+  }
+  // Functions of the program's own file are wanted whether or not they are called.
+  std::vector<bool> wanted(functions.size());
+  std::multimap<std::string, size_t> by_name;
+  for (size_t i = 0; i < functions.size(); ++i) {
+    wanted[i] = functions[i].name_span.file == 0;
+    if (wanted[i]) AddNames(functions[i], &names);
+    by_name.emplace(functions[i].name, i);
+  }
+  // Of the others each that is named may name more.
+  for (size_t n = 0; n < names.all.size(); ++n) {
+    const auto [begin, end] = by_name.equal_range(names.all[n]);
+    for (auto at = begin; at != end; ++at) {
+      if (wanted[at->second]) continue;
+      wanted[at->second] = true;
+      AddNames(functions[at->second], &names);
+    }
+  }
+  std::vector<Member> kept;
+  for (size_t i = 0; i < functions.size(); ++i) {
+    (wanted[i] ? kept : program->left_out).push_back(std::move(functions[i]));
+  }
+  functions = std::move(kept);
+  if (functions.empty()) program->root = nullptr;
+}
 
 std::vector<std::string> NamesUsedIn(const Role& role) {
   std::vector<std::string> names;

@@ -44,6 +44,11 @@ class ProgramParser {
  private:
   /// Appends the role that begins here to the program.
   void ParseRole(Program* program);
+  /// `import "FILE";`
+  void ParseImport(Program* program);
+  /// Recovery: behind what could not be read outside all roles, or at what can begin something
+  /// else there.
+  void SkipDeclaration();
   /// A function outside all roles, which becomes a member of their root.
   void ParseFunction(Program* program);
   /// Recovery: moves on to the next word that begins a role.
@@ -76,7 +81,6 @@ class ProgramParser {
 
 Program ProgramParser::ParseProgram() {
   Program program;
-  program.file = in_.file();
   // Nobody reads on after a hundred messages.
   while (!in_.Is(TokenKind::kEnd) && !in_.said_enough()) {
     in_.Recover();
@@ -91,12 +95,13 @@ Program ProgramParser::ParseProgram() {
     }
     if (constants_.AtDeclaration()) {
       constants_.Parse(&program.constants);
-      // Reading goes on behind it, or at what can begin something else.
-      while (in_.failed() && !constants_.AtDeclaration() && !in_.Is(TokenKind::kRole) &&
-             !in_.Is(TokenKind::kAbstract) && !in_.Is(TokenKind::kFunction) &&
-             !in_.Is(TokenKind::kEnd)) {
-        if (in_.Take().kind == TokenKind::kSemicolon) in_.Recover();
-      }
+      SkipDeclaration();
+      continue;
+    }
+    // `import` is a word here only, so that programs may use it as a name.
+    if (in_.Is(TokenKind::kName) && in_.TextOf(in_.Peek()) == "import") {
+      ParseImport(&program);
+      SkipDeclaration();
       continue;
     }
     if (in_.Is(TokenKind::kRightBrace)) {
@@ -105,7 +110,7 @@ Program ProgramParser::ParseProgram() {
     }
     if (IsMemberWord(in_.Peek().kind)) {
       in_.ErrorAt(in_.Peek().span, "a " + NameOf(*MemberOf(in_.Peek().kind)) + " stands in a role",
-                  "outside roles stand functions, constants, parameters and enumerations");
+                  "outside roles stand functions, constants, parameters, enumerations and imports");
       in_.Take();
       SkipMember();
       continue;
@@ -114,12 +119,31 @@ Program ProgramParser::ParseProgram() {
     in_.Unexpected(
         "'role' or 'abstract role'",
         source::NearestHint(in_.TextOf(in_.Peek()),
-                            {"role", "abstract", "const", "param", "enum", "function"},
+                            {"role", "abstract", "const", "param", "enum", "function", "import"},
                             "a program is a list of roles: role NAME extends Module { ... }"));
     SkipToRole();
   }
   program.enumerations = constants_.TakeEnumerations();
   return program;
+}
+
+void ProgramParser::ParseImport(Program* program) {
+  in_.Take();
+  if (!in_.Is(TokenKind::kText)) {
+    in_.Unexpected("the name of a file in quotes", "for example: import \"lib.dyn\";");
+    return;
+  }
+  const Span span = in_.Peek().span;
+  program->imports.push_back({TextValue(in_.TextOf(in_.Take())), span});
+  in_.ExpectSemicolon("the import");
+}
+
+void ProgramParser::SkipDeclaration() {
+  while (in_.failed() && !constants_.AtDeclaration() && !in_.Is(TokenKind::kRole) &&
+         !in_.Is(TokenKind::kAbstract) && !in_.Is(TokenKind::kFunction) &&
+         !in_.Is(TokenKind::kEnd)) {
+    if (in_.Take().kind == TokenKind::kSemicolon) in_.Recover();
+  }
 }
 
 void ProgramParser::ParseFunction(Program* program) {
@@ -263,6 +287,10 @@ bool ProgramParser::MendMisspelledWord(TokenKind* kind) {
 
 void ProgramParser::ParseMember(Role* role) {
   if (AtWord("trace")) return ParseTrace(role);
+  if (in_.TextOf(in_.Peek()) == "import" && in_.Peek(1).kind == TokenKind::kText) {
+    in_.ErrorAt(in_.Peek().span, "an import stands outside all roles");
+    return;
+  }
   // A member begins with its word, a field with its name.
   Member member;
   member.span = in_.Peek().span;

@@ -27,7 +27,8 @@ void CheckSignatures(const ProgramModel& model, CheckPass* pass) {
     if (routine.signature < 0) continue;
     const Signature& signature = model.signatures[routine.signature];
     // Routines that override each other share a signature; the first of them speaks for all.
-    if (routine.member->name_span.begin != signature.span.begin) continue;
+    const source::Span& name = routine.member->name_span;
+    if (name.file != signature.span.file || name.begin != signature.span.begin) continue;
     for (size_t i = 0; i < signature.parameters.size(); ++i) {
       const Type type = signature.parameters[i];
       const Parameter& parameter = routine.member->parameters[i];

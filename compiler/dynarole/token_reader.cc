@@ -93,11 +93,11 @@ bool TokenReader::ExpectClosing(TokenKind kind, const Span& opening) {
   if (panic_) return false;
   if (TakeIf(kind)) return true;
   // The note shows the one that was not closed, which may stand far above.
-  const char* open = kind == TokenKind::kRightParen     ? "'('"
-                     : kind == TokenKind::kRightBracket ? "'['"
-                                                        : "'{'";
+  const char* note = kind == TokenKind::kRightParen     ? "to close this '('"
+                     : kind == TokenKind::kRightBracket ? "to close this '['"
+                                                        : "to close this '{'";
   Diagnostic* error = Unexpected(Describe(kind));
-  if (error != nullptr) error->notes.push_back({opening, std::string("to close this ") + open});
+  if (error != nullptr) error->Note(opening, note);
   // At the end everything else that is open is so for the same reason.
   gave_up_ = gave_up_ || Is(TokenKind::kEnd);
   return false;

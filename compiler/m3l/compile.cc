@@ -1,6 +1,7 @@
 #include "compiler/m3l/compile.h"
 
 #include <algorithm>
+#include <map>
 
 #include "compiler/m3l/checker.h"
 #include "compiler/m3l/constants.h"
@@ -192,7 +193,7 @@ std::optional<Dump> DumpFromName(const std::string& name) {
 }
 
 CompileOutput CompileFiles(const std::vector<std::string>& paths, Dump dump,
-                           const OpenTexts* open) {
+                           const source::OpenTexts* open) {
   CompileOutput output;
   Loader loader(dump, &output, open);
   for (const std::string& path : paths) loader.LoadPath(path);

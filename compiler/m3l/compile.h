@@ -2,7 +2,6 @@
 // The front door of the M3L compiler: files in, diagnostics and (if there are no errors) a Model
 // out.
 
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "compiler/model/robot_model.h"
 #include "compiler/solver/connection_problem.h"
 #include "compiler/source/diagnostics.h"
+#include "compiler/source/import_reader.h"
 
 namespace morphbus::m3l {
 
@@ -50,14 +50,11 @@ struct CompileOutput {
   std::vector<FileAst> files;
 };
 
-/// Texts that count in place of files, by their canonical paths: what an editor has not saved yet.
-using OpenTexts = std::map<std::string, std::string>;
-
 /// Compiles `paths` and what they import as one model: lex, parse, check, solve, assemble.
 /// Unreadable files are diagnostics too. Never throws.
 /// @param open  if not null, texts in place of files.
 CompileOutput CompileFiles(const std::vector<std::string>& paths, Dump dump = Dump::kNone,
-                           const OpenTexts* open = nullptr);
+                           const source::OpenTexts* open = nullptr);
 
 /// The same for one text held in memory; `name` stands for the file name in diagnostics.
 CompileOutput CompileText(const std::string& name, const std::string& text,

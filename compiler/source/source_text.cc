@@ -1,6 +1,7 @@
 #include "compiler/source/source_text.h"
 
 #include <algorithm>
+#include <filesystem>
 
 #include "compiler/base/read_file.h"
 #include "compiler/base/utf8.h"
@@ -26,8 +27,23 @@ int SourceSet::AddText(std::string name, std::string text) {
   for (size_t i = 0; i < file->text.size(); ++i) {
     if (EndsLine(file->text, i)) file->line_starts.push_back(i + 1);
   }
+  file->lines_before = num_lines();
   files_.push_back(std::move(file));
   return size() - 1;
+}
+
+std::string SourceSet::NameFromFirst(int file) const {
+  if (file == 0) return name(0).substr(name(0).find_last_of('/') + 1);
+  const std::filesystem::path folder = std::filesystem::path(name(0)).parent_path();
+  const std::filesystem::path path = std::filesystem::path(name(file)).lexically_normal();
+  // Between an absolute path and another there is no way that could be told.
+  const std::filesystem::path way = path.lexically_relative(folder.lexically_normal());
+  return folder.empty() || way.empty() ? path : way;
+}
+
+int SourceSet::num_lines() const {
+  if (files_.empty()) return 0;
+  return files_.back()->lines_before + static_cast<int>(files_.back()->line_starts.size());
 }
 
 Result<int> SourceSet::AddFile(const std::string& path) {

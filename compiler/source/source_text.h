@@ -46,11 +46,21 @@ class SourceSet {
   [[nodiscard]] int size() const { return static_cast<int>(files_.size()); }
   /// Name and text of file number `file`.
   [[nodiscard]] const std::string& name(int file) const { return files_[file]->name; }
+  /// The path of a file as it lies from the folder of file 0: "walk.dyn", "lib/gait.dyn"; an
+  /// absolute one where only one of both is.
+  [[nodiscard]] std::string NameFromFirst(int file) const;
   [[nodiscard]] std::string_view text(int file) const { return files_[file]->text; }
   /// The text that a span covers, as far as it lies within its file.
   [[nodiscard]] std::string_view text(const Span& span) const;
   /// The line, counted from 1, of the byte at `offset`; takes logarithmic time.
   [[nodiscard]] int LineOf(int file, size_t offset) const;
+  /// The same counted over all files, in the order of their numbers: that of file 0 is its own, and
+  /// each other file begins with the number behind the last line of the one before it.
+  [[nodiscard]] int LineOfAll(int file, size_t offset) const {
+    return files_[file]->lines_before + LineOf(file, offset);
+  }
+  /// Number of lines of all files.
+  [[nodiscard]] int num_lines() const;
   /// Line and column of the byte at `offset`; beyond the end, those of the end.
   [[nodiscard]] LineColumn Locate(int file, size_t offset) const;
   /// The whole line that holds `offset`, without its newline.
@@ -65,6 +75,8 @@ class SourceSet {
     std::string text;
     /// The offset at which each line begins; the first is 0.
     std::vector<size_t> line_starts;
+    /// How many lines the files have that were added before.
+    int lines_before = 0;
   };
   /// The files by their numbers.
   std::vector<std::shared_ptr<const File>> files_;

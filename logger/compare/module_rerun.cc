@@ -389,7 +389,7 @@ Result<CommandingCall> FindCommandingCall(const RunLog& log, int module, int joi
     const vm::JointState& state = computed.state.joints[joint];
     if (state.function < 0) return;
     const vm::VerifiedProgram& program = computed.program;
-    call = CommandingCall{program.hash(), ToString(program.source_name()),
+    call = CommandingCall{program.hash(), vm::SourceFiles(program),
                           ToString(program.function_name(state.function)),
                           program.LineOf(state.function, state.pc)};
   };

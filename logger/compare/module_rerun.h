@@ -12,6 +12,7 @@
 #include "logger/log/run_log.h"
 #include "vm/image/kinematics_image.h"
 #include "vm/image/program.h"
+#include "vm/image/source_places.h"
 #include "vm/module_api.h"
 #include "vm/run/interpreter.h"
 #include "vm/run/state.h"
@@ -20,10 +21,10 @@ namespace morphbus::logger {
 
 /// The call by which a joint was told where to go.
 struct CommandingCall {
-  /// The program's image that ran, by its hash, and its source as the image names it.
+  /// The program's image that ran, by its hash, and its source files as the image names them.
   uint64_t program_hash = 0;
-  std::string source;
-  /// The function and the line in the source, from 1.
+  vm::SourceFiles files;
+  /// The function and the line as the files count it.
   std::string function;
   int line = 0;
 };

@@ -71,8 +71,8 @@ void FindLine(const RunLog& log, int module, int joint, TracedMessage* message) 
   // The run may have been started from an image, which names its source itself.
   const bool as_run =
       IsRunsOwn(log, call->program_hash) && log.facts.program_file.ends_with(".dyn");
-  message->line =
-      SourceLine{as_run ? log.facts.program_file : call->source, call->line, call->function};
+  const vm::SourcePlace place = call->files.Of(call->line, as_run ? log.facts.program_file : "");
+  message->line = SourceLine{place.file, place.line, call->function};
 }
 
 }  // namespace

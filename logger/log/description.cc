@@ -105,19 +105,20 @@ void WordFaults(RunLog* log) {
   words.deployed() = log->deployed;
   const auto place = [](const bridge::ReportWords& said, ProgramFact* fact) {
     fact->text = said.text;
-    fact->file = said.file;
+    fact->file = said.place.file;
+    return static_cast<uint16_t>(said.place.line);
   };
   // Faults that ended a task are listed a second time, and get the same words.
   for (std::vector<FaultFact>* faults : {&facts->faults, &facts->ended.faults}) {
     for (FaultFact& fault : *faults) {
       const auto said = words.Fault(fault.program_hash, fault.type_name, fault.fault);
-      place(said, &fault);
+      fault.fault.line = place(said, &fault);
       fault.function = said.function;
       fault.task = said.task;
     }
   }
   for (PrintFact& print : facts->prints) {
-    place(words.Print(print.program_hash, print.type_name, print.print), &print);
+    print.print.line = place(words.Print(print.program_hash, print.type_name, print.print), &print);
   }
 }
 

@@ -22,7 +22,8 @@ struct ProgramFact {
   uint64_t program_hash = 0;
   /// What it says, with names as far as the log's images have them (WordFaults).
   std::string text;
-  /// The program's source file; empty if unknown.
+  /// The source file from which it comes, in which WordFaults then counts the line; empty if
+  /// unknown.
   std::string file;
 };
 

@@ -174,6 +174,7 @@ nlohmann::json PrintsJson(const LogFacts& f) {
                       {"module", print.module},
                       {"role", print.role},
                       {"text", print.text},
+                      {"file", print.file},
                       {"line", print.print.line}});
   }
   return prints;
@@ -193,6 +194,7 @@ nlohmann::json FactsJson(const LogFacts& f) {
                       {"text", fault.text},
                       {"ended", EndedKind(fault)},
                       {"function", fault.function},
+                      {"file", fault.file},
                       {"line", fault.fault.line}});
   }
   // Damage has the sim time up to which the log was whole, findings have ranges of bytes.

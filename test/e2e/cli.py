@@ -297,7 +297,7 @@ class Cli(Case):
 
     def test_roles_settle_without_moving(self):
         answer = as_json('roles', MODEL, PROGRAM, '--robot', 'quadruped')
-        self.assertEqual(list(answer), ['modules', 'problems', 'unplayed', 'id_lines'])
+        self.assertEqual(list(answer), ['modules', 'problems', 'unplayed', 'id_lines', 'id_places'])
         self.assertEqual(answer['modules']['m5']['role'], 'Junction')
         m1 = answer['modules']['m1']
         self.assertEqual(m1['role'], 'FrontLeftLowerHalf')

@@ -28,18 +28,37 @@ std::optional<std::string> Layout(const std::string& text) {
   return morphbus::dynarole::Format(sources, file, &diagnostics);
 }
 
+/// A file that the text may import.
+constexpr const char* kLibrary =
+    "const k = 2.5;\n"
+    "param p = 3 in [1, 5];\n"
+    "enum One { A, B }\n"
+    "function f(float x) {\n  return k * x + p;\n}\n"
+    "function g(x) {\n  print(f(x), A);\n}\n"
+    "abstract role R extends Module {\n  y = 1;\n  startup s() {\n    g(y);\n  }\n}\n";
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const morphbus::keywords::KeywordTable kKeywords = Keywords();
   const std::string text(reinterpret_cast<const char*>(data), size);
   morphbus::source::NameTable names;
-  const auto result = morphbus::dynarole::CompileProgram("fuzz.dyn", text, kKeywords,
-                                                         morphbus::dynarole::Dump::kNone, &names);
+  // Nothing is read from disk: there are two files to import, which import each other, and whatever
+  // else is imported is missing.
+  const auto read = [](const std::string& path) -> morphbus::Result<std::string> {
+    if (path == "a.dyn") return std::string(kLibrary);
+    if (path == "b.dyn") return std::string("import \"a.dyn\";\nenum Two { C, D }\n");
+    return morphbus::Fail("no such file");
+  };
+  const auto result = morphbus::dynarole::CompileProgram(
+      "fuzz.dyn", text, kKeywords, morphbus::dynarole::Dump::kNone, &names, read);
   for (const morphbus::source::NameUse& use : names.uses) {
-    // A name stands in the text, and means something.
-    if (use.span.file != 0 || use.span.begin >= use.span.end || use.span.end > size)
+    // A name stands in one of the texts, and means something.
+    if (use.span.file < 0 || use.span.file >= result.sources.size()) __builtin_trap();
+    if (use.span.begin >= use.span.end ||
+        use.span.end > result.sources.text(use.span.file).size()) {
       __builtin_trap();
+    }
     if (use.thing < 0 || use.thing >= std::ssize(names.things)) __builtin_trap();
   }
   const std::string rendered =

@@ -127,6 +127,7 @@ void ReadNotes(const VerifiedProgram& program) {
     for (int i = 0; i < text.size; ++i) sum = sum + static_cast<uint8_t>(text.data[i]);
   };
   read(program.source_name());
+  for (int i = 0; i < program.num_imported_files(); ++i) read(program.imported_file(i).name);
   for (int f = 0; f < program.num_functions(); ++f) {
     const FunctionInfo function = program.function(f);
     read(program.function_name(f));

@@ -231,6 +231,120 @@ TEST_F(LspSession, PublishesEachStateOnce) {
   EXPECT_FALSE(server_.WorkAhead());
 }
 
+/// A program and what it imports, as an editor has them open: no disk has either.
+class LspImports : public LspSession {
+ protected:
+  LspImports() {
+    Show(kLibraryUri, kLibrary);
+    Show(kMainUri, kMain);
+  }
+  void Show(const char* uri, const char* text) {
+    Tell("textDocument/didOpen",
+         {{"textDocument",
+           {{"uri", uri}, {"languageId", "dynarole"}, {"version", 1}, {"text", text}}}});
+  }
+  /// What is said of a text, as the messages of its diagnostics.
+  std::vector<std::string> Said(const std::string& uri) {
+    while (server_.WorkAhead()) {
+    }
+    std::vector<std::string> said;
+    for (const Json& message : sent_) {
+      if (!message.contains("params") || message["params"]["uri"] != uri) continue;
+      if (!message["params"].contains("diagnostics")) continue;
+      said.clear();
+      for (const Json& one : message["params"]["diagnostics"]) said.push_back(one["message"]);
+    }
+    return said;
+  }
+  Json At(const char* uri, int line, int character) {
+    return {{"textDocument", {{"uri", uri}}},
+            {"position", {{"line", line}, {"character", character}}}};
+  }
+
+  static constexpr const char* kMainUri = "file:///nowhere/main.dyn";
+  static constexpr const char* kLibraryUri = "file:///nowhere/lib/waves.dyn";
+  static constexpr const char* kMain =
+      "import \"lib/waves.dyn\";\n"
+      "role A extends Module {\n"
+      "  startup s() { print(wave(3)); }\n"
+      "}\n";
+  static constexpr const char* kLibrary =
+      "// A wave.\n"
+      "function wave(int x) {\n"
+      "  return 2 * x;\n"
+      "}\n"
+      "function still(int x) {\n"
+      "  return x;\n"
+      "}\n";
+};
+
+TEST_F(LspImports, AnImportedFileHasNoMarksForHavingNoRoles) {
+  EXPECT_TRUE(Said(kMainUri).empty());
+  EXPECT_TRUE(Said(kLibraryUri).empty());
+}
+
+TEST_F(LspImports, ErrorsOfAnImportedFileStandAtItsImportToo) {
+  Show(kLibraryUri, "function wave(int x) {\n  return y;\n}\n");
+  const std::vector<std::string> own = Said(kLibraryUri);
+  ASSERT_EQ(own.size(), 1U);
+  EXPECT_EQ(own[0].find("unknown name 'y'"), 0U) << own[0];
+  const std::vector<std::string> main = Said(kMainUri);
+  ASSERT_FALSE(main.empty());
+  EXPECT_NE(main[0].find("lib/waves.dyn:2: unknown name 'y'"), std::string::npos) << main[0];
+  // And go when it is mended.
+  Show(kLibraryUri, kLibrary);
+  EXPECT_TRUE(Said(kMainUri).empty());
+}
+
+TEST_F(LspImports, AMissingFileIsToldWhereItIsImported) {
+  Show(kMainUri, "import \"gone.dyn\";\nrole A extends Module {\n}\n");
+  const std::vector<std::string> said = Said(kMainUri);
+  ASSERT_EQ(said.size(), 1U);
+  EXPECT_NE(said[0].find("gone.dyn': no such file"), std::string::npos) << said[0];
+}
+
+TEST_F(LspImports, DefinitionsAndReferencesLeadOverFiles) {
+  const Json definition = Ask("textDocument/definition", At(kMainUri, 2, 24))["result"];
+  ASSERT_EQ(definition.size(), 1U) << definition;
+  EXPECT_EQ(definition[0]["uri"], kLibraryUri);
+  EXPECT_EQ(definition[0]["range"]["start"]["line"], 1);
+  // That of the import is the file.
+  const Json file = Ask("textDocument/definition", At(kMainUri, 0, 12))["result"];
+  ASSERT_EQ(file.size(), 1U) << file;
+  EXPECT_EQ(file[0]["uri"], kLibraryUri);
+  // From where it is declared all programs are found that call it.
+  Json references = At(kLibraryUri, 1, 10);
+  references["context"] = {{"includeDeclaration", false}};
+  const Json calls = Ask("textDocument/references", references)["result"];
+  ASSERT_EQ(calls.size(), 1U) << calls;
+  EXPECT_EQ(calls[0]["uri"], kMainUri);
+  const Json hover = Ask("textDocument/hover", At(kMainUri, 2, 24))["result"];
+  EXPECT_NE(hover["contents"]["value"].get<std::string>().find("A wave."), std::string::npos);
+}
+
+TEST_F(LspImports, CompletionOffersWhatIsImported) {
+  Show(kMainUri,
+       "import \"lib/waves.dyn\";\nrole A extends Module {\n  startup s() {\n    st\n  }\n}\n");
+  const Json offered = Ask("textDocument/completion", At(kMainUri, 3, 6))["result"];
+  EXPECT_NE(JsonText(offered).find("\"still\""), std::string::npos) << offered;
+}
+
+TEST_F(LspImports, RenamingChangesAllFiles) {
+  Json rename = At(kLibraryUri, 1, 10);
+  rename["newName"] = "swing";
+  const Json changes = Ask("textDocument/rename", rename)["result"]["changes"];
+  ASSERT_EQ(changes.size(), 2U) << changes;
+  EXPECT_EQ(changes[kMainUri].size(), 1U);
+  EXPECT_EQ(changes[kLibraryUri].size(), 1U);
+  // Not where it would mean something else in a program that imports it.
+  Show(kMainUri,
+       "import \"lib/waves.dyn\";\nfunction swing(int x) {\n  return x;\n}\n"
+       "role A extends Module {\n  startup s() { print(swing(3)); }\n}\n");
+  const Json refused = Ask("textDocument/rename", rename);
+  ASSERT_TRUE(refused.contains("error")) << refused;
+  EXPECT_NE(refused["error"]["message"].get<std::string>().find("main.dyn"), std::string::npos);
+}
+
 TEST_F(LspSession, EndsWithStatus0OnlyAfterShutdown) {
   Tell("exit", nullptr);
   EXPECT_TRUE(server_.ended());

@@ -12,11 +12,14 @@ namespace {
 constexpr const char* kWaits[] = {"nothing", "the next tick", "a time", "a joint"};
 
 /// A task with its calls, the innermost first.
-Json TaskJson(const bridge::HeldTask& task) {
+Json TaskJson(const bridge::HeldTask& task, const vm::SourceFiles& files) {
   Json calls = Json::array();
   for (const bridge::HeldCall& call : task.calls) {
-    calls.push_back(
-        {{"function", call.function}, {"line", call.line}, {"locals", LocalsJson(call.locals)}});
+    const vm::SourcePlace place = files.Of(call.line);
+    calls.push_back({{"function", call.function},
+                     {"file", place.file},
+                     {"line", place.line},
+                     {"locals", LocalsJson(call.locals)}});
   }
   Json json = {{"kind", vm::TaskKindName(task.kind)}, {"routine", task.routine}};
   // What it waits for stands beside the other members, not in an object of its own.
@@ -60,9 +63,9 @@ Json LocalsJson(const std::vector<bridge::HeldValue>& locals) {
   return json;
 }
 
-Json TasksJson(const std::vector<bridge::HeldTask>& tasks) {
+Json TasksJson(const std::vector<bridge::HeldTask>& tasks, const vm::SourceFiles& files) {
   Json json = Json::array();
-  for (const bridge::HeldTask& task : tasks) json.push_back(TaskJson(task));
+  for (const bridge::HeldTask& task : tasks) json.push_back(TaskJson(task, files));
   return json;
 }
 
@@ -86,11 +89,12 @@ std::string LocalsText(const Json& locals) {
   return text;
 }
 
-std::string CallsText(const Json& calls, const std::string& file) {
+std::string CallsText(const Json& calls) {
   std::string text;
   for (const Json& call : calls) {
     // "in Leg.walk, walk.dyn:7: n = 3"; whatever is not known is left out.
     const std::string locals = LocalsText(call["locals"]);
+    const std::string file = call["file"].get<std::string>();
     const int line = call["line"].get<int>();
     text +=
         fmt::format("    in {}, {}{}\n", call["function"].get<std::string>(),
@@ -100,12 +104,12 @@ std::string CallsText(const Json& calls, const std::string& file) {
   return text;
 }
 
-std::string TasksText(const Json& tasks, const std::string& file) {
+std::string TasksText(const Json& tasks) {
   std::string text;
   for (const Json& task : tasks) {
     text += fmt::format("  {} {} waits for {}\n", task["kind"].get<std::string>(),
                         task["routine"].get<std::string>(), WaitText(task));
-    text += CallsText(task["calls"], file);
+    text += CallsText(task["calls"]);
   }
   return text;
 }

@@ -8,6 +8,7 @@
 
 #include "bridge/wire/held_state.h"
 #include "tools/base/json.h"
+#include "vm/image/source_places.h"
 
 namespace morphbus::tools {
 
@@ -26,16 +27,17 @@ Json FieldsJson(const std::vector<bridge::HeldValue>& fields);
 Json LocalsJson(const std::vector<bridge::HeldValue>& locals);
 
 /// Tasks, each with its "kind", "routine", what it waits for (WaitJson) and its "calls", the
-/// innermost first: "function", "line" and "locals".
-Json TasksJson(const std::vector<bridge::HeldTask>& tasks);
+/// innermost first: "function", "file" (empty if unknown), "line" and "locals".
+/// @param files  those of the program, of which the tasks tell lines
+Json TasksJson(const std::vector<bridge::HeldTask>& tasks, const vm::SourceFiles& files);
 
 /// The same for people: a line for each field.
 std::string FieldsText(const Json& fields);
 /// "i = 3, far = true"; a local without a name is called by its number.
 std::string LocalsText(const Json& locals);
-/// A line for each call, with its place in `file`; empty: the file is not known.
-std::string CallsText(const Json& calls, const std::string& file);
+/// A line for each call, with its place.
+std::string CallsText(const Json& calls);
 /// A line for each task and each call.
-std::string TasksText(const Json& tasks, const std::string& file);
+std::string TasksText(const Json& tasks);
 
 }  // namespace morphbus::tools

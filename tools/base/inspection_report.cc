@@ -28,15 +28,15 @@ Json LabelJson(const model::ModuleType& type, const morphbus::label_t& label) {
 
 }  // namespace
 
-std::string SourceOfImage(const std::string& image) {
+vm::SourceFiles SourceOfImage(const std::string& image) {
   // An image that the verifier refuses has no name that could be relied on.
   const Result<std::unique_ptr<vm::VerifiedProgram>> program = VerifyProgram(image);
-  if (!program) return "";
-  return ToString((*program)->source_name());
+  if (!program) return {};
+  return vm::SourceFiles(**program);
 }
 
 Json InspectionJson(const std::string& module, const model::ModuleType& type,
-                    const Inspection& inspection, const std::string& program) {
+                    const Inspection& inspection, const vm::SourceFiles& program) {
   const morphbus::status_t& status = inspection.status;
   Json labels = Json::object(), conventions = Json::object();
   // Labels are told by name; conventions by joint, as signs: 0 where the program has set none.
@@ -54,16 +54,16 @@ Json InspectionJson(const std::string& module, const model::ModuleType& type,
           {"pose_stale", status.pose_stale != 0},
           {"labels", labels},
           {"conventions", conventions},
-          {"program", program},
+          {"program", program.own()},
           {"fields", FieldsJson(inspection.held.fields)},
-          {"tasks", TasksJson(inspection.held.tasks)}};
+          {"tasks", TasksJson(inspection.held.tasks, program)}};
 }
 
 Json InspectionsOf(const logger::RunLog& log) {
   // Images name their own source.
-  std::map<uint64_t, std::string> sources;
+  std::map<uint64_t, vm::SourceFiles> sources;
   if (log.described != nullptr && log.described->has_program) {
-    sources[log.facts.program_hash] = ToString(log.described->images.program().source_name());
+    sources[log.facts.program_hash] = vm::SourceFiles(log.described->images.program());
   }
   for (const auto& [hash, image] : log.deployed) sources.emplace(hash, SourceOfImage(image));
   // By tick, the modules in the robot's order.
@@ -111,8 +111,7 @@ std::string AnswersText(const Json& answers) {
       text += fmt::format("  joint {}: sign {}\n", joint, sign.get<int>() > 0 ? "+" : "-");
     }
     // What the program keeps, and what it is doing.
-    text += FieldsText(answer["fields"]) +
-            TasksText(answer["tasks"], answer["program"].get<std::string>());
+    text += FieldsText(answer["fields"]) + TasksText(answer["tasks"]);
   }
   return text;
 }

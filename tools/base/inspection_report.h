@@ -9,6 +9,7 @@
 #include "compiler/model/robot_model.h"
 #include "logger/log/run_log.h"
 #include "tools/base/json.h"
+#include "vm/image/source_places.h"
 
 namespace morphbus::tools {
 
@@ -18,15 +19,15 @@ struct Inspection {
   bridge::HeldState held;
 };
 
-/// The file of the program in an image, as the image names it; empty if it names none or is
+/// The files of the program in an image, as the image names them; none if it names none or is
 /// damaged.
-std::string SourceOfImage(const std::string& image);
+vm::SourceFiles SourceOfImage(const std::string& image);
 
 /// One module's answer: "module", "type", "tick", "seconds", "role", "frozen", "has_pose",
 /// "pose_stale", "labels", "conventions", "program" (the source file; empty if unknown), "fields",
 /// "tasks".
 Json InspectionJson(const std::string& module, const model::ModuleType& type,
-                    const Inspection& inspection, const std::string& program);
+                    const Inspection& inspection, const vm::SourceFiles& program);
 
 /// What the modules told in the run that a log holds: for each tick in which any did, "tick",
 /// "seconds" and "modules", the answers in the robot's order. Answers of which a part is missing

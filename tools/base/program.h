@@ -37,8 +37,8 @@ std::optional<CompiledProgram> LoadProgram(
 /// outlive it. The error says what is damaged, and at which byte.
 Result<std::unique_ptr<vm::VerifiedProgram>> VerifyProgram(const std::string& image);
 Result<std::unique_ptr<vm::VerifiedKinematics>> VerifyKinematicsImage(const std::string& image);
-/// Where a program has instructions that `wanted` is true of: lines, from 1 (0 where the image
-/// holds none), and mnemonics, each once and in order.
+/// Where a program has instructions that `wanted` is true of: lines as VerifiedProgram::LineOf
+/// counts them (0 where the image holds none), and mnemonics, each once and in order.
 struct InstructionPlaces {
   std::vector<int> lines;
   std::vector<std::string> mnemonics;

@@ -10,6 +10,7 @@
 
 #include "bridge/bus/lcm_bus.h"
 #include "bridge/bus/lcm_url.h"
+#include "compiler/base/quantity.h"
 #include "compiler/base/text.h"
 #include "logger/log/replayer.h"
 #include "tools/base/lent_description.h"
@@ -27,9 +28,6 @@ namespace {
 
 constexpr double kLatestSeconds = 1e9;  ///< Of a range; far beyond any log.
 
-/// Where no line was given for --break: a number that is none of a line.
-constexpr int kNoLine = std::numeric_limits<int>::min();
-
 /// The options of `morphbus replay`; `replay` holds those that the replayer itself takes.
 struct ReplayOptions {
   std::string log;
@@ -42,7 +40,7 @@ struct ReplayOptions {
   std::string into;            ///< Module to run again instead; empty: the log is published.
   std::optional<double> at_s;  ///< With it: when its state is shown.
   std::string steps;           ///< With both: how finely that tick's steps are shown.
-  int break_line = kNoLine;    ///< With --into: the source line at which it is shown.
+  std::string break_at;        ///< With --into: the source line at which it is shown.
 };
 
 /// A replay as the user steers it.
@@ -171,14 +169,25 @@ std::string WhyUnusable(const ReplayOptions& options) {
   return "";
 }
 
+/// The place that "12" or "lib.dyn:12" names; line 0 if it names none.
+vm::SourcePlace PlaceIn(const std::string& text) {
+  const size_t colon = text.rfind(':');
+  const size_t begin = colon == std::string::npos ? 0 : colon + 1;
+  const auto line = ReadNumber<int>(std::string_view(text).substr(begin));
+  return {begin == 0 ? "" : text.substr(0, colon), line.value_or(0)};
+}
+
 /// Why --into and --at do not go with the other options; empty if they do.
 std::string WhyNotInto(const ReplayOptions& options) {
   if (!options.steps.empty() && !options.at_s) return "--steps needs --at T, the time of a tick";
-  const bool breaks = options.break_line != kNoLine;
+  const bool breaks = !options.break_at.empty();
   if (options.into.empty() && breaks) return "--break needs --into MODULE";
   if (options.into.empty()) return options.at_s ? "--at needs --into MODULE" : "";
   if (breaks && options.at_s) return "--break and --at: give one of them";
-  if (breaks && options.break_line < 1) return "--break: expected a line, 1 or more";
+  if (breaks && PlaceIn(options.break_at).line < 1) {
+    return "--break: expected a line, 1 or more, perhaps behind the name of an imported file: "
+           "lib.dyn:12";
+  }
   const logger::ReplayOptions standard;
   const logger::ReplayOptions& replay = options.replay;
   // Options that a rerun has no use for; --break takes --from and --to, for itself.
@@ -244,7 +253,7 @@ int ReplayLog(ReplayOptions options) {
                      .module = options.into,
                      .at_s = options.at_s,
                      .steps = options.steps,
-                     .break_line = options.break_line == kNoLine ? 0 : options.break_line,
+                     .break_at = PlaceIn(options.break_at),
                      .from_s = options.replay.from_s,
                      .to_s = options.to_s,
                      .json = options.json});
@@ -339,10 +348,10 @@ void AddReplay(CommandLine* line) {
           "With --at: also all that the module's tasks do in that tick, by source lines or by "
           "instructions")
       .TypeName("lines|instructions");
-  sub.Add("--break", &options->break_line,
+  sub.Add("--break", &options->break_at,
           "With --into: show calls, variables and fields whenever a task comes to this source line "
           "(between --from and --to)")
-      .TypeName("LINE");
+      .TypeName("[FILE:]LINE");
   sub.Flag("--json", &options->json, "One JSON object on stdout at the end");
   sub.Footer(
       std::string("Keys in a terminal: ") + kKeys +

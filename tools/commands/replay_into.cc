@@ -125,9 +125,9 @@ int RunAgain(const ReplayInto& options) {
     };
   }
   // Without --break it stays empty, and its text too.
-  BreakTrace breaks(options.break_line, options.from_s,
+  BreakTrace breaks(options.break_at, options.from_s,
                     options.to_s.value_or(std::numeric_limits<double>::infinity()));
-  if (options.break_line > 0) {
+  if (options.break_at.line > 0) {
     // Takes the place of the visitor above: --break does not go with --at, without which there are
     // no steps.
     visitors.step = [&](const logger::ComputedStep& step) { breaks.Take(step); };
@@ -147,14 +147,16 @@ int RunAgain(const ReplayInto& options) {
   }
   // What the log lacks may be why something differs.
   WarnOfGaps(*done, *log);
-  if (options.break_line > 0 && breaks.moments().empty()) {
-    Warn(fmt::format("no task of {} came to line {}", options.module, options.break_line));
+  if (options.break_at.line > 0 && breaks.moments().empty()) {
+    const vm::SourcePlace& at = options.break_at;
+    Warn(fmt::format("no task of {} came to line {}{}", options.module, at.line,
+                     at.file.empty() ? "" : " of " + at.file));
   }
   // Parts that were not asked for have no keys.
   if (options.json) {
     Json json = FindingsJson(options.module, *done, differences);
     if (options.at_s) json["at"] = known;
-    if (options.break_line > 0) {
+    if (options.break_at.line > 0) {
       json["breaks"] = breaks.moments();
       json["breaks_dropped"] = breaks.dropped();
     }

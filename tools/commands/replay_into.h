@@ -4,6 +4,8 @@
 #include <optional>
 #include <string>
 
+#include "vm/image/source_places.h"
+
 namespace morphbus::tools {
 
 /// What of it is asked for.
@@ -15,8 +17,8 @@ struct ReplayInto {
   /// "lines" or "instructions": the steps of the tick in which `at_s` lies are shown; empty: none.
   std::string steps;
   /// A source line: whenever a task comes to it in this range of sim time, what it holds is shown;
-  /// 0: none.
-  int break_line = 0;
+  /// line 0: none.
+  vm::SourcePlace break_at = {};
   double from_s = 0;
   std::optional<double> to_s = {};
   bool json = false;

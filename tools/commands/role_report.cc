@@ -21,24 +21,20 @@ namespace {
 /// Model and program as text, and places in both.
 class BothSources {
  public:
-  BothSources(const RunPlan& plan, ModelSource model) : plan_(plan), model_(std::move(model)) {
-    // An image does not hold its source.
-    const std::string& name = plan.description.program_file();
-    Result<std::string> text = ReadFile(name);
-    if (text && IsUtf8(*text)) program_ = model_.sources.AddText(name, std::move(*text));
-  }
+  BothSources(const RunPlan& plan, ModelSource model) : plan_(plan), model_(std::move(model)) {}
 
   /// Where the model declares a module of the robot.
   [[nodiscard]] source::Span ModuleAt(const std::string& name) const {
     return model_.modules[plan_.robot_index][*plan_.robot().FindModule(name)];
   }
-  /// What stands on a line of the program, from 1; nothing where that is not known.
-  [[nodiscard]] std::optional<source::Span> LineAt(int line) const {
-    if (program_ < 0 || line < 1) return std::nullopt;
-    const std::string_view text = model_.sources.text(program_);
+  /// What stands on a line of the program; nothing where that is not known.
+  [[nodiscard]] std::optional<source::Span> LineAt(const vm::SourcePlace& place) {
+    const int file = place.line < 1 ? -1 : FileOf(place.file);
+    if (file < 0) return std::nullopt;
+    const std::string_view text = model_.sources.text(file);
     // The line's first byte, then what is not indentation.
     size_t begin = 0;
-    for (int i = 1; i < line && begin < text.size(); ++i) {
+    for (int i = 1; i < place.line && begin < text.size(); ++i) {
       begin = std::min(text.find('\n', begin), text.size() - 1) + 1;
     }
     begin = text.find_first_not_of(" \t", begin);
@@ -48,19 +44,28 @@ class BothSources {
     // A comment behind the line is no part of what it says.
     end = std::min(text.find("//", begin), end);
     while (end > begin + 1 && (text[end - 1] == ' ' || text[end - 1] == '\r')) --end;
-    return source::Span{program_, begin, end};
+    return source::Span{file, begin, end};
   }
   [[nodiscard]] const source::SourceSet& sources() const { return model_.sources; }
 
  private:
+  /// The number of a file of the program among the sources; -1 if there is only an image, which
+  /// does not hold its source.
+  int FileOf(const std::string& path) {
+    const auto [known, fresh] = files_.try_emplace(path, -1);
+    if (!fresh) return known->second;
+    Result<std::string> text = ReadFile(path);
+    if (text && IsUtf8(*text)) known->second = model_.sources.AddText(path, std::move(*text));
+    return known->second;
+  }
+
   const RunPlan& plan_;
   ModelSource model_;
-  int program_ = -1;  ///< Its number among the sources; -1 if there is only an image.
+  std::map<std::string, int> files_;
 };
 
 /// A module's problems: where the model declares it, then each place of the program.
-void AddProblems(const BothSources& both, const StaticRole& module,
-                 source::Diagnostics* diagnostics) {
+void AddProblems(BothSources& both, const StaticRole& module, source::Diagnostics* diagnostics) {
   const std::string& name = module.module;
   source::Diagnostic& diagnostic = diagnostics->Warning(
       both.ModuleAt(name), module.role.empty()
@@ -68,7 +73,7 @@ void AddProblems(const BothSources& both, const StaticRole& module,
                                : fmt::format("module {} plays {}", name, module.role));
   // What has no place in the program, or whose program is an image, joins the sentence.
   for (const RoleProblem& problem : module.problems) {
-    if (const std::optional<source::Span> at = both.LineAt(problem.line)) {
+    if (const std::optional<source::Span> at = both.LineAt(problem.place)) {
       diagnostic.Note(*at, problem.brief);
     } else {
       diagnostic.message += ": " + problem.brief;
@@ -78,17 +83,17 @@ void AddProblems(const BothSources& both, const StaticRole& module,
 
 /// A role that no module plays, which may be one for other robots: where the program declares it,
 /// and what the module that comes nearest lacks.
-void AddUnplayed(const BothSources& both, const RunPlan& plan, const UnplayedRole& role,
+void AddUnplayed(BothSources& both, const RunPlan& plan, const UnplayedRole& role,
                  source::Diagnostics* diagnostics) {
   source::Diagnostic& diagnostic = diagnostics->Warning(
       // Without the program's text the warning has no place, which -1 stands for.
-      both.LineAt(role.line).value_or(source::Span{-1, 0, 0}),
+      both.LineAt(role.place).value_or(source::Span{-1, 0, 0}),
       fmt::format("no module of robot {} takes role {}", plan.robot().name, role.name));
   const std::string& nearest = role.nearest;
   // A role that some module fits, and that none has, is held back by another role of that module.
   if (!nearest.empty()) {
     // Without its text the program's line cannot be shown, and what is wrong joins the sentence.
-    const std::optional<source::Span> at = both.LineAt(role.lacks.line);
+    const std::optional<source::Span> at = both.LineAt(role.lacks.place);
     const std::string why = role.lacks.brief.empty() ? "fits it, and has another role"
                             : at                     ? "comes nearest"
                                                      : "comes nearest: " + role.lacks.brief;
@@ -102,7 +107,7 @@ void AddUnplayed(const BothSources& both, const RunPlan& plan, const UnplayedRol
 /// Problems of several modules, and roles that no module plays, with carets.
 void PrintProblems(const RunPlan& plan, const StaticRoles& roles, ModelSource source) {
   // Of a large robot the first modules show what is wrong with all.
-  const BothSources both(plan, std::move(source));
+  BothSources both(plan, std::move(source));
   source::Diagnostics diagnostics;
   size_t with_problems = 0;
   for (const StaticRole& module : roles.modules) {
@@ -111,8 +116,8 @@ void PrintProblems(const RunPlan& plan, const StaticRoles& roles, ModelSource so
     }
   }
   for (const UnplayedRole& role : roles.unplayed) AddUnplayed(both, plan, role, &diagnostics);
-  for (const int line : roles.id_lines) {
-    diagnostics.Warning(both.LineAt(line).value_or(source::Span{-1, 0, 0}),
+  for (const vm::SourcePlace& place : roles.id_places) {
+    diagnostics.Warning(both.LineAt(place).value_or(source::Span{-1, 0, 0}),
                         "the program asks for the module's number: what it does no longer follows "
                         "from where a module is");
   }
@@ -185,10 +190,17 @@ Json RolesJson(const StaticRoles& roles) {
     problems.push_back(fmt::format("roles still change after {} ticks", roles.ticks));
   Json unplayed = Json::array();
   for (const UnplayedRole& role : roles.unplayed) unplayed.push_back(role.name);
+  // Lines alone are those of the program's own file.
+  Json id_lines = Json::array(), id_places = Json::array();
+  for (const vm::SourcePlace& place : roles.id_places) {
+    if (place.file == roles.program_file) id_lines.push_back(place.line);
+    id_places.push_back({{"file", place.file}, {"line", place.line}});
+  }
   return {{"modules", modules},
           {"problems", problems},
           {"unplayed", unplayed},
-          {"id_lines", roles.id_lines}};
+          {"id_lines", id_lines},
+          {"id_places", id_places}};
 }
 
 void PrintRoles(const RunPlan& plan, const StaticRoles& roles, ModelSource source) {
@@ -264,7 +276,8 @@ Json ExplanationJson(const RoleExplanation& why) {
   for (const ExplainedPart& part : why.parts) {
     parts.push_back({{"kind", part.label.empty() ? "requirement" : "label"},
                      {"label", part.label.empty() ? Json(nullptr) : Json(part.label)},
-                     {"line", part.line},
+                     {"file", part.place.file},
+                     {"line", part.place.line},
                      {"holds", part.holds},
                      {"finding", part.finding}});
   }
@@ -280,23 +293,23 @@ Json ExplanationJson(const RoleExplanation& why) {
 
 /// What speaks against a role as a whole, then its labels and requirements; without those that hold
 /// unless `all`.
-void PrintParts(const BothSources& both, const RoleExplanation& why, bool all) {
+void PrintParts(BothSources& both, const RoleExplanation& why, bool all) {
   const bool color = IsFancyTerminal(STDOUT_FILENO);
   // A place of the program with what was found there; without the text, the line's number.
-  const auto say = [&](int line, const std::string& text) {
-    if (const std::optional<source::Span> at = both.LineAt(line)) {
+  const auto say = [&](const vm::SourcePlace& place, const std::string& text) {
+    if (const std::optional<source::Span> at = both.LineAt(place)) {
       PrintText(source::RenderNote({*at, text}, both.sources(), color));
     } else {
-      Print("line {}: {}\n", line, text);
+      Print("{}:{}: {}\n", place.file, place.line, text);
     }
   };
   // Three things can speak against it: that it is abstract, that the type lacks a keyword, and
   // parts that do not hold.
-  if (why.is_abstract) say(why.line, "the role is abstract: only its subroles are taken");
-  if (!why.lacks.empty()) say(why.line, "the module's type has no " + why.lacks);
+  if (why.is_abstract) say(why.place, "the role is abstract: only its subroles are taken");
+  if (!why.lacks.empty()) say(why.place, "the module's type has no " + why.lacks);
   for (const ExplainedPart& part : why.parts) {
     if (part.holds && !all) continue;
-    say(part.line,
+    say(part.place,
         part.label.empty() ? part.finding : fmt::format("label {} {}", part.label, part.finding));
   }
 }
@@ -313,7 +326,7 @@ Json ExplanationsJson(const std::vector<RoleExplanation>& roles) {
 
 void PrintExplanations(const RunPlan& plan, const std::vector<RoleExplanation>& roles,
                        ModelSource source) {
-  const BothSources both(plan, std::move(source));
+  BothSources both(plan, std::move(source));
   const RoleExplanation& first = roles.front();
   const std::string held = first.held.empty() ? "it has no role" : "it has role " + first.held;
   const bool one = roles.size() == 1;

@@ -22,9 +22,14 @@ void BreakTrace::Take(const logger::ComputedStep& step) {
   // twice.
   const double seconds = static_cast<double>(step.input.sim_time_us) * 1e-6;
   if (seconds < from_s_ || seconds >= to_s_) return;
+  if (program_ != step.program.hash()) {
+    program_ = step.program.hash();
+    files_ = vm::SourceFiles(step.program);
+    line_ = files_.LineOfAll(place_);
+  }
+  const vm::Frame& frame = step.task.stack.frames[step.task.stack.depth - 1];
   // The first instruction of the line, before which another line's code ends. Jumps into the middle
   // of a line, as by && and ||, are no new arrival at it.
-  const vm::Frame& frame = step.task.stack.frames[step.task.stack.depth - 1];
   if (step.program.LineOf(frame.function, frame.pc) != line_) return;
   if (frame.pc > 0 && step.program.LineOf(frame.function, frame.pc - 1) == line_) return;
   // Counted is what is dropped, so that the text can say how much is not shown.
@@ -39,7 +44,7 @@ void BreakTrace::Take(const logger::ComputedStep& step) {
   held.calls.front().line = line_;
   held.calls.front().locals =
       bridge::ReadLocals(step.program, step.kinematics, frame, frame.pc, step.task.stack.cells);
-  const Json task = TasksJson({held}).front();
+  const Json task = TasksJson({held}, files_).front();
   moments_.push_back(
       // The keys are those of docs/cli.md, in its order; `calls` begins with the innermost.
       {{"tick", step.input.tick},
@@ -56,8 +61,7 @@ std::string BreaksText(const Json& moments, int64_t dropped) {
   for (const Json& moment : moments) {
     text += fmt::format("tick {} ({:.2f} s): {} {}\n{}{}", moment["tick"].get<int64_t>(),
                         moment["seconds"].get<double>(), moment["kind"].get<std::string>(),
-                        moment["routine"].get<std::string>(),
-                        CallsText(moment["calls"], moment["program"].get<std::string>()),
+                        moment["routine"].get<std::string>(), CallsText(moment["calls"]),
                         FieldsText(moment["fields"]));
   }
   if (dropped > 0) text += fmt::format("and {} more\n", Counted(dropped, "time"));

@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "logger/compare/module_rerun.h"
 #include "tools/base/json.h"
+#include "vm/image/source_places.h"
 
 namespace morphbus::tools {
 
@@ -14,10 +16,11 @@ namespace morphbus::tools {
 /// task and the role hold then.
 class BreakTrace {
  public:
-  /// @param line    of the program's source, from 1
+  /// @param place   a line of the program's source, from 1; without a file one of its own file
   /// @param from_s  sim time from which on ticks are looked at, seconds
   /// @param to_s    sim time before which they begin
-  BreakTrace(int line, double from_s, double to_s) : line_(line), from_s_(from_s), to_s_(to_s) {}
+  BreakTrace(vm::SourcePlace place, double from_s, double to_s)
+      : place_(std::move(place)), from_s_(from_s), to_s_(to_s) {}
 
   /// Takes the next moment of the run.
   void Take(const logger::ComputedStep& step);
@@ -29,10 +32,14 @@ class BreakTrace {
   [[nodiscard]] int64_t dropped() const { return dropped_; }
 
  private:
-  const int line_;
+  const vm::SourcePlace place_;
   const double from_s_, to_s_;
   Json moments_ = Json::array();
   int64_t dropped_ = 0;
+  /// The files of the program that ran last, and the line of the place as it counts them.
+  uint64_t program_ = 0;
+  vm::SourceFiles files_;
+  int line_ = 0;
 };
 
 /// The moments for people.

@@ -125,7 +125,7 @@ Json KnownAfter(const logger::ComputedTick& tick) {
   known["program"] = ToString(tick.program.source_name());
   known["fields"] = FieldsJson(held.fields);
   known["joints"] = JointsJson(tick);
-  known["tasks"] = TasksJson(held.tasks);
+  known["tasks"] = TasksJson(held.tasks, vm::SourceFiles(tick.program));
   return known;
 }
 
@@ -158,7 +158,7 @@ std::string KnownText(const Json& known) {
                                                        : ", on its way",
                         joint["stalled"].get<bool>() ? ", stalled" : "");
   }
-  text += TasksText(known["tasks"], known["program"].get<std::string>());
+  text += TasksText(known["tasks"]);
   return text;
 }
 

@@ -11,6 +11,7 @@
 #include "vm/image/disassembler.h"
 #include "vm/image/fault_text.h"
 #include "vm/image/print_line.h"
+#include "vm/image/source_places.h"
 
 namespace morphbus::tools {
 namespace {
@@ -109,11 +110,12 @@ bool StepTrace::GoesOn(const Moment& now) const {
 
 void StepTrace::Begin(const logger::ComputedStep& step, Moment now) {
   const vm::Frame& frame = step.task.stack.frames[now.depth - 1];
+  const vm::SourcePlace place = vm::SourceFiles(step.program).Of(now.line);
   Json json = {{"task", vm::TaskKindName(step.task.kind)},
                {"depth", now.depth},
                {"function", ToString(step.program.function_name(now.function))},
-               {"source", ToString(step.program.source_name())},
-               {"line", now.line},
+               {"source", place.file},
+               {"line", place.line},
                {"locals", LocalsJson(now.locals)},
                {"changed", Json::object()}};
   // Lines are told by their number, instructions by what they are about to do.

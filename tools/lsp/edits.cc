@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "compiler/base/utf8.h"
 #include "compiler/dynarole/format.h"
@@ -37,26 +40,36 @@ source::Span Visible(const source::SourceSet& sources, source::Span span) {
   return span;
 }
 
+/// The document's own imports: paths, and where they stand.
+std::vector<std::pair<std::string, source::Span>> ImportsOf(Workspace* workspace,
+                                                            const Document& document) {
+  std::vector<std::pair<std::string, source::Span>> imports;
+  const auto add = [&imports](const auto& import) {
+    if (import.span.file == 0) imports.emplace_back(import.path, import.span);
+  };
+  if (document.is_model()) {
+    for (const m3l::FileAst& file : workspace->Model(document.path).compiled.files) {
+      std::ranges::for_each(file.imports, add);
+    }
+  } else {
+    std::ranges::for_each(workspace->Program(document.path).compiled.imports, add);
+  }
+  return imports;
+}
+
 /// Where in the document a diagnostic is shown: itself, or at the import of the file that it is
 /// about. For a file that another import reads that is the first import.
 source::Span PlaceOf(Workspace* workspace, const Document& document, const source::Span& span) {
   if (span.file == 0) return span;
-  if (document.is_model()) {
-    const ModelFile& model = workspace->Model(document.path);
-    const std::filesystem::path folder = std::filesystem::path(document.path).parent_path();
-    const std::string wrong =
-        span.file < 0 ? "" : CanonicalPath(model.compiled.sources.name(span.file));
-    std::optional<source::Span> first;
-    for (const m3l::FileAst& file : model.compiled.files) {
-      for (const m3l::ImportDecl& import : file.imports) {
-        if (import.span.file != 0) continue;
-        if (CanonicalPath(folder / import.path) == wrong) return import.span;
-        if (!first) first = import.span;
-      }
-    }
-    if (first) return *first;
+  const Findings found = FindingsOf(workspace, document);
+  const std::filesystem::path folder = std::filesystem::path(document.path).parent_path();
+  const std::string wrong = span.file < 0 ? "" : CanonicalPath(found.sources->name(span.file));
+  std::optional<source::Span> first;
+  for (const auto& [path, import] : ImportsOf(workspace, document)) {
+    if (CanonicalPath(folder / path) == wrong) return import;
+    if (!first) first = import;
   }
-  return {0, 0, 0};
+  return first.value_or(source::Span{0, 0, 0});
 }
 
 /// "mtran.m3l:12: ": the place of what is not in the document.
@@ -125,7 +138,11 @@ Json DockingHints(const ModelFile& model, size_t begin, size_t end, PositionEnco
 Json DiagnosticsOf(Workspace* workspace, const Document& document, PositionEncoding encoding) {
   const Findings found = FindingsOf(workspace, document);
   Json list = Json::array();
+  // That others import a text instead of running it is no fault of it.
+  const bool library =
+      document.is_program() && workspace->Program(document.path).compiled.is_library;
   for (const source::Diagnostic& diagnostic : found.diagnostics->all()) {
+    if (library && diagnostic.message == dynarole::kNoRoles) continue;
     const source::Span place = PlaceOf(workspace, document, diagnostic.span);
     list.push_back(DiagnosticJson(*workspace, found, diagnostic, place, encoding));
   }
@@ -140,7 +157,7 @@ Json InlayHintsOf(Workspace* workspace, const Document& document, size_t begin, 
   const ProgramFile& program = workspace->Program(document.path);
   Json hints = Json::array();
   for (const source::InferredType& inferred : program.names.inferred) {
-    if (inferred.span.end < begin || inferred.span.begin > end) continue;
+    if (inferred.span.file != 0 || inferred.span.end < begin || inferred.span.begin > end) continue;
     hints.push_back(
         HintJson(program.compiled.sources, inferred.span.end, ": " + inferred.type, encoding));
   }

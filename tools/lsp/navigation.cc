@@ -6,6 +6,7 @@
 #include <cctype>
 #include <filesystem>
 #include <iterator>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -163,9 +164,9 @@ void Navigation::Collect(const Names& names, int thing, std::vector<Occurrence>*
   }
 }
 
-void Navigation::CollectFromModels(const Declaration& declaration, const std::string& keyword,
-                                   std::vector<Occurrence>* found) {
-  for (const std::string& path : workspace_.Files(".m3l")) {
+void Navigation::CollectFromFiles(const Declaration& declaration, std::string_view ending,
+                                  std::vector<Occurrence>* found) {
+  for (const std::string& path : workspace_.Files(ending)) {
     const Names names = NamesOf(path);
     // The declaring file has another number in each compilation; most do not read it at all.
     int file = 0;
@@ -178,6 +179,11 @@ void Navigation::CollectFromModels(const Declaration& declaration, const std::st
       if (here && use.declares) Collect(names, use.thing, found);
     }
   }
+}
+
+void Navigation::CollectFromModels(const Declaration& declaration, const std::string& keyword,
+                                   std::vector<Occurrence>* found) {
+  CollectFromFiles(declaration, ".m3l", found);
   if (keyword.empty()) return;
   for (const std::string& path : workspace_.Files(".dyn")) {
     const std::vector<std::string> models = workspace_.Program(path).models;
@@ -193,11 +199,25 @@ void Navigation::CollectFromModels(const Declaration& declaration, const std::st
   }
 }
 
+std::vector<Occurrence> Navigation::ImportedAt(const std::string& path, size_t offset) {
+  const dynarole::CompileResult& program = workspace_.Program(path).compiled;
+  for (const dynarole::ImportDecl& import : program.imports) {
+    if (import.span.file != 0 || offset < import.span.begin || offset > import.span.end) continue;
+    const Json begin = {{"line", 0}, {"character", 0}};
+    return {{.path = PathOf(program, import),
+             .range = {{"start", begin}, {"end", begin}},
+             .text = "",
+             .declares = true,
+             .name = ""}};
+  }
+  return {};
+}
+
 std::vector<Occurrence> Navigation::Declarations(const std::string& path, size_t offset) {
   std::vector<Occurrence> found;
   const Names names = NamesOf(path);
   const source::NameUse* use = names.table->At(0, offset);
-  if (use == nullptr) return found;
+  if (use == nullptr) return IsModelPath(path) ? found : ImportedAt(path, offset);
   const NamedThing thing = names.table->things[use->thing];
   if (thing.kind == NameKind::kKeyword) {
     const std::vector<std::string> models = workspace_.Program(path).models;
@@ -231,6 +251,10 @@ std::vector<Occurrence> Navigation::Find(const std::string& path, size_t offset)
     Collect(NamesOf(path), index, &found);
   } else {
     Collect(names, index, &found);
+    // What stands outside a routine may be known in other programs, too.
+    const Declaration declaration = DeclarationOf(names, index);
+    const bool everywhere = thing.kind != NameKind::kVariable && !declaration.path.empty();
+    if (everywhere) CollectFromFiles(declaration, ".dyn", &found);
   }
   return found;
 }
@@ -322,7 +346,16 @@ std::optional<std::string> Navigation::WhyMeaningsChange(const std::map<std::str
   // All is compiled as it would be: no rule about scopes has to be known here.
   Workspace renamed = workspace_.WithTexts(texts);
   Navigation after(&renamed, encoding_);
-  for (const auto& [path, text] : texts) {
+  // Programs that import a text are asked, too.
+  std::set<std::string> paths;
+  for (const auto& [path, text] : texts) paths.insert(path);
+  for (const std::string& path : workspace_.Files(".dyn")) {
+    const source::SourceSet& sources = *NamesOf(path).sources;
+    for (int file = 1; file < sources.size(); ++file) {
+      if (texts.contains(CanonicalPath(sources.name(file)))) paths.insert(path);
+    }
+  }
+  for (const std::string& path : paths) {
     const Names old_names = NamesOf(path), new_names = after.NamesOf(path);
     const std::optional<source::Span> place = FirstOtherMeaning(*old_names.table, *new_names.table);
     if (!place) continue;

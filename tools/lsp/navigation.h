@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tools/lsp/workspace.h"
@@ -30,7 +31,8 @@ class Navigation {
   Navigation(Workspace* workspace, PositionEncoding encoding)
       : workspace_(*workspace), encoding_(encoding) {}
 
-  /// Where the name at a byte of a file is declared; of a keyword in each module type that has it.
+  /// Where the name at a byte of a file is declared; of a keyword in each module type that has it,
+  /// of an import of a program the beginning of the file.
   std::vector<Occurrence> Declarations(const std::string& path, size_t offset);
   /// Everywhere in the workspace where the name at a byte of a file stands, by file and place.
   std::vector<Occurrence> Everywhere(const std::string& path, size_t offset);
@@ -68,9 +70,14 @@ class Navigation {
   [[nodiscard]] static Declaration DeclarationOf(const Names& names, int thing);
   /// Where the thing stands in one compilation.
   void Collect(const Names& names, int thing, std::vector<Occurrence>* found) const;
+  /// Where the thing that is declared there stands in all files that end so and know it.
+  void CollectFromFiles(const Declaration& declaration, std::string_view ending,
+                        std::vector<Occurrence>* found);
   /// Where the thing that is declared there stands in all models, and by its keyword in programs.
   void CollectFromModels(const Declaration& declaration, const std::string& keyword,
                          std::vector<Occurrence>* found);
+  /// The file that an import of a program names, if one stands at the byte.
+  std::vector<Occurrence> ImportedAt(const std::string& path, size_t offset);
   /// Everything that has the name at a byte of the file; of a keyword all its parts.
   std::vector<Occurrence> Find(const std::string& path, size_t offset);
   /// What hinders the edits ({path: [TextEdit]}) of a renaming: a name that would mean another

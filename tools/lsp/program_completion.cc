@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "compiler/dynarole/builtins.h"
@@ -178,7 +180,10 @@ class ProgramCompleter {
   }
 
   Json Complete() {
-    if (at_.InText()) return items_.Take();
+    if (at_.InText()) {
+      if (at_.Before() == "import") OfferFiles();
+      return items_.Take();
+    }
     if (at_.Before() == ".") {
       OfferMembers();
     } else if (at_.Typed().starts_with("$")) {
@@ -231,6 +236,20 @@ class ProgramCompleter {
     for (const keywords::Keyword& keyword : program_.keywords.all()) {
       if (keyword.kind != vm::KeywordKind::kLink) continue;
       items_.Add("$" + keyword.spelling, ItemKind::kValue, "a link of a module");
+    }
+  }
+
+  /// Programs in the folder of what is typed between the quotes of an import.
+  void OfferFiles() {
+    const std::filesystem::path typed(at_.Typed().substr(1));
+    const std::filesystem::path folder =
+        (std::filesystem::path(program_.path).parent_path() / typed).parent_path();
+    std::error_code error;
+    for (auto entry = std::filesystem::directory_iterator(folder, error);
+         !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+      const std::string name = entry->path().filename();
+      const bool offered = name.ends_with(".dyn") && CanonicalPath(entry->path()) != program_.path;
+      if (offered) items_.Add(name, ItemKind::kFile, "");
     }
   }
 

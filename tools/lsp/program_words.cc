@@ -8,6 +8,8 @@ constexpr ProgramWord kWords[] = {
      "what a module can be: requirements, labels, and what it then does"},
     {WordPlace::kProgram, "abstract role", "abstract role ${1:Name} extends ${2:Module} {\n  $0\n}",
      "a role that only others extend"},
+    {WordPlace::kProgram, "import", "import \"${1:lib.dyn}\";",
+     "what another file declares counts as if it stood here"},
     {WordPlace::kProgram, "const", "const ${1:name} = ${2:1};", "a value known at compile time"},
     {WordPlace::kProgram, "function", "function ${1:name}() {\n  $0\n}",
      "a function that every role has"},

@@ -17,12 +17,14 @@ constexpr size_t kMostRobots = 60;
 
 /// What the robot makes of the program; nothing where the program cannot run on it.
 std::optional<StaticRoles> Ask(const ModelFile& model, const std::string& robot,
-                               const std::string& program, const std::string& text) {
+                               const std::string& program, const std::string& text,
+                               const source::TextReader& read) {
   // The program is compiled for this model alone, as `morphbus roles` does it: a word that none of
   // its module types has makes it no program for this model.
   const Result<keywords::KeywordTable> table = keywords::KeywordTable::Of(model.keywords);
   if (!table) return std::nullopt;
-  const dynarole::CompileResult result = dynarole::CompileProgram(program, text, *table);
+  const dynarole::CompileResult result =
+      dynarole::CompileProgram(program, text, *table, dynarole::Dump::kNone, nullptr, read);
   if (!result.image) return std::nullopt;
   CompiledProgram image;
   image.image.assign(result.image->begin(), result.image->end());
@@ -79,7 +81,8 @@ bool RoleFits::Work(Workspace* workspace) {
   }
   const ProgramFile& program = workspace->Program(program_);
   const std::string text(program.compiled.sources.text(0));
-  std::optional<StaticRoles> roles = Ask(model, candidate.robot, program_, text);
+  std::optional<StaticRoles> roles =
+      Ask(model, candidate.robot, program_, text, workspace->Reader());
   const bool any = roles && std::any_of(roles->modules.begin(), roles->modules.end(),
                                         [](const StaticRole& m) { return !m.role.empty(); });
   if (any) fits_.push_back({candidate.model, candidate.robot, std::move(*roles)});

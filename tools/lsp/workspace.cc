@@ -52,11 +52,7 @@ void AddTypes(const std::vector<keywords::ModuleKeywords>& types, std::set<std::
 
 }  // namespace
 
-std::string CanonicalPath(const std::string& path) {
-  std::error_code error;
-  const fs::path canonical = fs::weakly_canonical(path, error);
-  return error ? path : canonical.string();
-}
+std::string CanonicalPath(const std::string& path) { return source::CanonicalPath(path).string(); }
 
 Document& Workspace::Open(const std::string& uri, const std::string& language, int version,
                           std::string text) {
@@ -191,8 +187,22 @@ const ProgramFile& Workspace::Program(const std::string& path) {
     return program;
   }
   program.compiled = dynarole::CompileProgram(path, *text, program.keywords, dynarole::Dump::kNone,
-                                              &program.names);
+                                              &program.names, Reader());
+  // A file that could not be read may come to be.
+  std::set<std::string> used;
+  for (int file = 1; file < program.compiled.sources.size(); ++file) {
+    used.insert(CanonicalPath(program.compiled.sources.name(file)));
+  }
+  for (const dynarole::ImportDecl& import : program.compiled.imports) {
+    used.insert(PathOf(program.compiled, import));
+  }
+  for (const std::string& file : used) program.stamps.push_back(StampOf(file));
   return program;
+}
+
+std::string PathOf(const dynarole::CompileResult& program, const dynarole::ImportDecl& import) {
+  return CanonicalPath(fs::path(program.sources.name(import.span.file)).parent_path() /
+                       import.path);
 }
 
 std::vector<std::string> Workspace::ModelsFor(const std::string& program) const {

@@ -13,6 +13,7 @@
 #include "compiler/keywords/keyword_table.h"
 #include "compiler/keywords/module_keywords.h"
 #include "compiler/m3l/compile.h"
+#include "compiler/source/import_reader.h"
 #include "compiler/source/name_table.h"
 #include "tools/lsp/document.h"
 
@@ -73,6 +74,9 @@ class Workspace {
   /// The URI of a file: of one that is open as the editor writes it.
   [[nodiscard]] std::string UriOf(const std::string& path) const;
 
+  /// Reads what is open as the editor has it, and everything else from disk.
+  [[nodiscard]] source::TextReader Reader() const { return source::ReaderOf(&open_); }
+
   /// What the compiler makes of a file now; a file that cannot be read is an error in it.
   const ModelFile& Model(const std::string& path);
   const ProgramFile& Program(const std::string& path);
@@ -91,12 +95,15 @@ class Workspace {
  private:
   std::vector<std::string> folders_, models_;
   std::map<std::string, Document> documents_;
-  /// The texts of the documents, as the compiler of M3L takes them.
-  m3l::OpenTexts open_;
+  /// The texts of the documents, as the compilers take them.
+  source::OpenTexts open_;
   int64_t revision_ = 0;
   std::map<std::string, ModelFile> model_files_;
   std::map<std::string, ProgramFile> program_files_;
 };
+
+/// The canonical path of what an import names.
+std::string PathOf(const dynarole::CompileResult& program, const dynarole::ImportDecl& import);
 
 /// The path by which a file is known, however it is written.
 std::string CanonicalPath(const std::string& path);

@@ -134,7 +134,7 @@ LiveSource::LiveSource(std::shared_ptr<const bridge::RunModel> run, std::string 
       lcm_(std::move(bus)),
       sealed_(key == nullptr ? nullptr : std::make_unique<bridge::SealedBus>(lcm_.get(), *key)),
       bus_(sealed_ != nullptr ? sealed_.get() : lcm_.get()),
-      texts_(run_->model),
+      texts_(run_->model, run_->program_file),
       present_(bus_, run_),
       outline_(run_) {
   name_ = run_->run;

@@ -37,7 +37,7 @@ LogSource::LogSource(std::string path, std::shared_ptr<const bridge::RunModel> r
     : path_(std::move(path)),
       run_(std::move(run)),
       description_(std::move(description)),
-      texts_(run_->model) {
+      texts_(run_->model, run_->program_file) {
   name_ = run_->run;
 }
 

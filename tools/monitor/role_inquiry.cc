@@ -116,10 +116,12 @@ Result<Json> RoleInquiry::MissingRoles(const RunPlan& plan, const RobotStanding&
     Json& lines = modules[module.module] = Json::array();
     // It may not have had the time to take it, or have lost it by how it moved.
     if (!module.role.empty()) {
-      lines.push_back({{"text", "where it stands it fits " + module.role}, {"line", 0}});
+      lines.push_back(
+          {{"text", "where it stands it fits " + module.role}, {"file", ""}, {"line", 0}});
     }
     for (const RoleProblem& problem : module.problems) {
-      lines.push_back({{"text", problem.brief}, {"line", problem.line}});
+      lines.push_back(
+          {{"text", problem.brief}, {"file", problem.place.file}, {"line", problem.place.line}});
     }
   }
   return Json{{"modules", modules}};
@@ -133,12 +135,14 @@ Result<Json> RoleInquiry::OneRole(const RunPlan& plan, const RoleQuestion& quest
   Json parts = Json::array();
   for (const ExplainedPart& part : role.parts) {
     parts.push_back({{"label", part.label},
-                     {"line", part.line},
+                     {"file", part.place.file},
+                     {"line", part.place.line},
                      {"holds", part.holds},
                      {"finding", part.finding}});
   }
-  return Json{{"module", role.module}, {"role", role.role},   {"line", role.line},
-              {"fits", role.fits},     {"lacks", role.lacks}, {"parts", parts}};
+  return Json{{"module", role.module},   {"role", role.role}, {"file", role.place.file},
+              {"line", role.place.line}, {"fits", role.fits}, {"lacks", role.lacks},
+              {"parts", parts}};
 }
 
 }  // namespace morphbus::tools

@@ -51,14 +51,16 @@ Result<int> FindRole(const vm::VerifiedProgram& program, const std::string& name
 }
 
 /// What role number `number` asks of the module, as it stands.
+/// `file` is the path of the program.
 RoleExplanation Explain(const StaticRobot::Module& asked, const vm::VerifiedProgram& program,
-                        int number) {
+                        const std::string& file, int number) {
+  const vm::SourceFiles files(program);
   vm::Vm& vm = asked.instance->controller().vm();
   const vm::RoleInfo info = program.role(number);
   // What holds for the role as a whole, whatever its parts say.
   RoleExplanation out;
   out.role = ToString(info.name);
-  out.line = program.LineOfRole(number);
+  out.place = files.Of(program.LineOfRole(number), file);
   out.is_abstract = info.abstract_role;
   out.has_pose = asked.report.has_pose;
   const vm::RoleCheck check = vm.CheckRole(number);
@@ -74,14 +76,14 @@ RoleExplanation Explain(const StaticRobot::Module& asked, const vm::VerifiedProg
     const vm::RunResult result = vm.EvaluateAs(number, label).result;
     ExplainedPart& part = out.parts.emplace_back();
     part.label = ToString(program.member_name(label));
-    part.line = program.LineOf(label, 0);
+    part.place = files.Of(program.LineOf(label, 0), file);
     part.holds = result.status == vm::RunStatus::kFinished;
     part.finding = LabelFinding(program.function(label), result, asked.instance->type());
   }
   // Requirements come after the labels, which they may use.
   for (int i = 0; i < info.num_requirements; ++i) {
     out.parts.push_back(Requirement(vm.EvaluateAs(number, info.requirements[i]), program));
-    out.parts.back().line = program.LineOf(info.requirements[i], 0);
+    out.parts.back().place = files.Of(program.LineOf(info.requirements[i], 0), file);
   }
   return out;
 }
@@ -128,7 +130,8 @@ Result<std::vector<RoleExplanation>> ExplainRoles(const RunPlan& plan, const std
   (*robot)->Settle();
   std::vector<RoleExplanation> all;
   for (const int number : numbers) {
-    all.push_back(Explain(*(*robot)->modules()[*index], program, number));
+    all.push_back(
+        Explain(*(*robot)->modules()[*index], program, plan.description.program_file(), number));
     all.back().module = module;
   }
   return all;

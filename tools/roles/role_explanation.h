@@ -8,6 +8,7 @@
 #include "tools/roles/static_robot.h"
 #include "vm/image/kinematics_image.h"
 #include "vm/image/program.h"
+#include "vm/image/source_places.h"
 #include "vm/run/interpreter.h"
 
 namespace morphbus::tools {
@@ -16,8 +17,8 @@ namespace morphbus::tools {
 struct ExplainedPart {
   /// The label's name; empty for a requirement.
   std::string label;
-  /// Where the program has it, from 1.
-  int line = 0;
+  /// Where the program has it.
+  vm::SourcePlace place;
   /// Whether the requirement returns true, or the label is one joint or link.
   bool holds = false;
   /// A few words: "holds, measured 2 against 2", "is joint_2".
@@ -27,8 +28,8 @@ struct ExplainedPart {
 /// What one role asks of one module, and what it finds there.
 struct RoleExplanation {
   std::string module, role;
-  /// Where the program declares the role, from 1.
-  int line = 0;
+  /// Where the program declares the role.
+  vm::SourcePlace place;
   /// Abstract roles are taken by nobody; their subroles inherit what they ask for.
   bool is_abstract = false;
   /// Whether the module has a pose, without which it takes no role.

@@ -26,7 +26,8 @@ using Module = StaticRobot::Module;
 /// Puts what the modules of a settled robot have into words.
 class RoleWriter {
  public:
-  explicit RoleWriter(const StaticRobot& robot) : robot_(robot), program_(robot.program()) {}
+  explicit RoleWriter(const StaticRobot& robot)
+      : robot_(robot), program_(robot.program()), files_(program_) {}
 
   /// What the module has settled on, by names.
   [[nodiscard]] StaticRole Describe(const Module& module) const {
@@ -36,9 +37,10 @@ class RoleWriter {
     // Faults stand before a missing role, which may follow from them.
     for (const NotedFault& noted : module.faults) {
       const std::string function = vm::FaultFunction(noted.fault, &program_);
+      const vm::SourcePlace place = PlaceOf(noted.fault.line);
       out.problems.push_back(
-          {out.module + ": " + vm::FaultLine(File(), noted.fault.line, noted.sentence, function),
-           vm::FaultLine("", 0, noted.sentence, function), noted.fault.line});
+          {out.module + ": " + vm::FaultLine(place.file, place.line, noted.sentence, function),
+           vm::FaultLine("", 0, noted.sentence, function), place});
     }
     // A module without a role has no labels and no signs.
     if (module.report.role < 0) {
@@ -71,7 +73,8 @@ class RoleWriter {
 
   /// A role that nobody plays, with the module that comes nearest.
   [[nodiscard]] UnplayedRole DescribeUnplayed(int role) const {
-    UnplayedRole out{ToString(program_.role(role).name), program_.LineOfRole(role), "", {}};
+    UnplayedRole out{
+        ToString(program_.role(role).name), PlaceOf(program_.LineOfRole(role)), "", {}};
     int most = -1;
     for (const auto& module : robot_.modules()) {
       // Requirements ask where the module is, so that without a pose none can be checked.
@@ -86,19 +89,22 @@ class RoleWriter {
     return out;
   }
 
- private:
-  [[nodiscard]] const std::string& File() const { return robot_.plan().description.program_file(); }
+  /// Where a line of the program stands.
+  [[nodiscard]] vm::SourcePlace PlaceOf(int line) const {
+    return files_.Of(line, robot_.plan().description.program_file());
+  }
 
-  /// A sentence that the requirement on `line` fails, with its text if PROGRAM is source.
-  [[nodiscard]] std::string RequirementText(int line) const {
-    const std::string place = fmt::format("a requirement fails ({}:{}", File(), line);
-    const Result<std::string> source = ReadFile(File());
+ private:
+  /// A sentence that the requirement there fails, with its text if PROGRAM is source.
+  [[nodiscard]] std::string RequirementText(const vm::SourcePlace& at) const {
+    const std::string place = fmt::format("a requirement fails ({}:{}", at.file, at.line);
+    const Result<std::string> source = ReadFile(at.file);
     // An image does not hold its source.
     if (!source || !IsUtf8(*source)) return place + ")";
     // The line is looked up in the source as it is now.
     std::istringstream lines(*source);
     std::string text;
-    for (int i = 0; i < line; ++i) std::getline(lines, text);
+    for (int i = 0; i < at.line; ++i) std::getline(lines, text);
     const size_t begin = std::min(text.find_first_not_of(" \t"), text.size());
     return place + ": " + EscapeControl(text.substr(begin)) + ")";
   }
@@ -108,7 +114,7 @@ class RoleWriter {
     // Roles rest on where modules are, which spreads from the root over connections.
     if (!module.report.has_pose) {
       const char* why = "no pose reaches it, so it can take no role";
-      problems->push_back({module.instance->name() + ": " + why, why, 0});
+      problems->push_back({module.instance->name() + ": " + why, why, {}});
       return;
     }
     for (int r = 0; r < program_.num_roles(); ++r) {
@@ -143,7 +149,7 @@ class RoleWriter {
           fmt::format("its type has no {}", ToString(program_.keyword(check.missing_keyword).name));
     } else if (check.failed_requirement >= 0) {
       line = program_.LineOf(role.requirements[check.failed_requirement], 0);
-      text = RequirementText(line);
+      text = RequirementText(PlaceOf(line));
       brief = "this requirement fails";
       // A requirement that came to a comparison tells what it compared, and so by how much it
       // fails.
@@ -163,11 +169,13 @@ class RoleWriter {
     } else {
       return std::nullopt;
     }
-    return RoleProblem{module.instance->name() + ": " + not_it + text, not_it + brief, line};
+    return RoleProblem{module.instance->name() + ": " + not_it + text, not_it + brief,
+                       PlaceOf(line)};
   }
 
   const StaticRobot& robot_;
   const vm::VerifiedProgram& program_;
+  const vm::SourceFiles files_;
 };
 
 }  // namespace
@@ -176,6 +184,7 @@ Result<StaticRoles> SettleRoles(const RunPlan& plan, const Situation* situation)
   const Result<std::unique_ptr<StaticRobot>> robot = StaticRobot::Create(plan, situation);
   if (!robot) return Fail(robot.error().message);
   StaticRoles roles;
+  roles.program_file = plan.description.program_file();
   roles.settled = (*robot)->Settle();
   roles.ticks = (*robot)->ticks();
   // What every module has, and which roles nobody has.
@@ -190,8 +199,10 @@ Result<StaticRoles> SettleRoles(const RunPlan& plan, const Situation* situation)
     if (played[r] || program.role(r).abstract_role) continue;
     roles.unplayed.push_back(writer.DescribeUnplayed(r));
   }
-  roles.id_lines =
-      FindInstructions(program, [](vm::Opcode op) { return op == vm::Opcode::kId; }).lines;
+  const auto asks_for_id = [](vm::Opcode op) { return op == vm::Opcode::kId; };
+  for (const int line : FindInstructions(program, asks_for_id).lines) {
+    roles.id_places.push_back(writer.PlaceOf(line));
+  }
   return roles;
 }
 

@@ -8,6 +8,7 @@
 
 #include "tools/plan/run_plan.h"
 #include "tools/roles/static_robot.h"
+#include "vm/image/source_places.h"
 
 namespace morphbus::tools {
 
@@ -19,8 +20,8 @@ struct RoleProblem {
   /// The same for who sees module and line beside it: "not Knee: this requirement fails, measured 1
   /// against 2".
   std::string brief;
-  /// The line of the program's source that it speaks of, from 1; 0 for none.
-  int line = 0;
+  /// The place in the program's source that it speaks of; line 0 for none.
+  vm::SourcePlace place;
 };
 
 /// What one module has settled on: a copy of names, which outlives the VMs.
@@ -37,7 +38,7 @@ struct StaticRole {
 /// A role that could be taken, and that no module has taken.
 struct UnplayedRole {
   std::string name;
-  int line = 0;  ///< Where the program declares it, from 1.
+  vm::SourcePlace place;  ///< Where the program declares it.
   /// The module that comes nearest to it: of those with a pose the first that meets most of what
   /// the role asks for, in the order in which the VM asks. Empty if none has a pose.
   std::string nearest;
@@ -47,15 +48,16 @@ struct UnplayedRole {
 
 /// What all modules have settled on, or what they had when SettleRoles gave up waiting.
 struct StaticRoles {
+  std::string program_file;         ///< As the plan names it.
   std::vector<StaticRole> modules;  ///< In the robot's order.
   bool settled = false;             ///< False: roles still changed after `ticks`.
   /// Control ticks that the VMs ran.
   int64_t ticks = 0;
   /// In the order of their declarations.
   std::vector<UnplayedRole> unplayed;
-  /// Lines of the program, from 1, that ask for the module's number, each once: what it does then
-  /// is no longer the same for all robots of one configuration.
-  std::vector<int> id_lines;
+  /// Places of the program that ask for the module's number, each once: what it does then is no
+  /// longer the same for all robots of one configuration.
+  std::vector<vm::SourcePlace> id_places;
 };
 
 /// What the modules of a plan's robot settle on (StaticRobot::Settle). Roles that never settle are

@@ -101,7 +101,7 @@ std::string RunNames::Fault(int64_t program_hash, const std::string& type,
   const vm::Fault heard = bridge::FromFault(fault);
   const bridge::ReportWords words =
       bridge::ProgramWords(run_).Fault(static_cast<uint64_t>(program_hash), type, heard);
-  return vm::FaultLine(words.file, heard.line, words.text, words.function);
+  return vm::FaultLine(words.place.file, words.place.line, words.text, words.function);
 }
 
 }  // namespace morphbus::tools

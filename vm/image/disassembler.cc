@@ -10,6 +10,7 @@
 #include "vm/image/join_table.h"
 #include "vm/image/opcodes.h"
 #include "vm/image/print_line.h"
+#include "vm/image/source_places.h"
 #include "vm/image/verifier.h"
 
 namespace morphbus::vm {
@@ -55,7 +56,7 @@ std::string ValueText(const VerifiedProgram& program, ValueType type, Cell cell)
 /// Writes the text of one program from top to bottom.
 class Printer {
  public:
-  explicit Printer(const VerifiedProgram& program) : program_(program) {}
+  explicit Printer(const VerifiedProgram& program) : program_(program), files_(program) {}
 
   std::string Print() {
     PrintHeader();
@@ -205,7 +206,9 @@ class Printer {
       const int source_line = program_.LineOf(index, pc);
       if (source_line != last_line) {
         line.resize(std::max<size_t>(line.size() + 1, 56), ' ');
-        line += fmt::format("; line {}", source_line);
+        const SourcePlace place = files_.Of(source_line);
+        line += place.line == source_line ? fmt::format("; line {}", source_line)
+                                          : fmt::format("; {}:{}", place.file, place.line);
         last_line = source_line;
       }
       out_ += line + "\n";
@@ -298,6 +301,7 @@ class Printer {
   }
 
   const VerifiedProgram& program_;
+  const SourceFiles files_;
   std::string out_;
 };
 

@@ -29,7 +29,9 @@
 //            name (text), then the strings, for each function its name (text), for each field of
 //            each role its name (text), for each local of each function its name (text), for each
 //            parameter its name (text), then its value in the source, the least and the largest one
-//            (u32 each), and the lines: offset u16 in the code section, line u16; sorted
+//            (u32 each), and the lines: offset u16 in the code section, line u16; sorted. Last, for
+//            each imported file that has code, the first of its lines, which are counted on over
+//            all files, u16, and its name (text); sorted
 
 #include <cstdint>
 
@@ -113,6 +115,7 @@ inline constexpr uint32_t kNotesLinesAt = 10;
 inline constexpr uint32_t kNotesSourceAt = 12;
 inline constexpr uint32_t kNotesHeadBytes = kNotesSourceAt + kTextBytes;
 inline constexpr uint32_t kLineBytes = 4;
+inline constexpr uint32_t kImportedFileBytes = 2 + kTextBytes;
 /// What the notes say of a parameter: its value in the source, the least and the largest one.
 inline constexpr uint32_t kParameterBytes = 12;
 

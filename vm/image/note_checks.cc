@@ -40,6 +40,21 @@ bool CheckNoteLines(const VerifiedProgram& program, uint32_t begin, uint32_t cou
   return true;
 }
 
+/// The files behind the lines: names and where their lines begin, behind those of the program's own
+/// file, sorted.
+bool CheckFiles(const VerifiedProgram& program, image::SectionRange strings, uint32_t begin,
+                uint32_t count, FirstError* error) {
+  uint32_t last = 1;
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint32_t at = begin + i * image::kImportedFileBytes;
+    const uint8_t* record = program.bytes() + at;
+    if (ReadU16(record) <= last) return error->Fail("files are not sorted", at);
+    last = ReadU16(record);
+    if (!CheckText(program, strings, ReadU16(record + 2), record[4], at, error)) return false;
+  }
+  return true;
+}
+
 /// Numbers of a parameter's type, in order.
 bool InOrder(ValueType type, Cell least, Cell value, Cell most) {
   if (type == ValueType::kInt) {
@@ -85,7 +100,7 @@ bool CheckNotes(const VerifiedProgram& program, uint32_t total, NoteLines* lines
   if (size < image::kNotesHeadBytes) return error->Fail("notes are cut off", at);
   if (ReadU32(notes) != image::kNotesMagic) return error->Fail("not the notes of an image", at);
   // One name for each function, each field of each role, each local of each function and each
-  // parameter, then the ranges of parameters and the lines, and no more.
+  // parameter, then the ranges of parameters, the lines, and the imported files.
   const image::SectionRange strings{at + image::kNotesHeadBytes,
                                     ReadU16(notes + image::kNotesStringsAt)};
   const uint32_t fields = ReadU16(notes + image::kNotesFieldsAt);
@@ -97,7 +112,9 @@ bool CheckNotes(const VerifiedProgram& program, uint32_t total, NoteLines* lines
   const uint32_t names = image::kNotesHeadBytes + strings.count;
   const uint32_t ranges = names + num_names * image::kTextBytes;
   *lines = {ranges + parameters * image::kParameterBytes, ReadU16(notes + image::kNotesLinesAt)};
-  if (size != lines->begin + lines->count * image::kLineBytes) {
+  // What is behind the lines tells of imported files.
+  const uint32_t files = lines->begin + lines->count * image::kLineBytes;
+  if (size < files || (size - files) % image::kImportedFileBytes != 0) {
     return error->Fail("notes have another size", at);
   }
   // Names are found by counting; so there must be one for each that is counted.
@@ -113,7 +130,9 @@ bool CheckNotes(const VerifiedProgram& program, uint32_t total, NoteLines* lines
   return CheckNoteNames(program, strings, at + image::kNotesSourceAt, 1, error) &&
          CheckNoteNames(program, strings, at + names, num_names, error) &&
          CheckParameters(program, at + ranges, error) &&
-         CheckNoteLines(program, at + lines->begin, lines->count, error);
+         CheckNoteLines(program, at + lines->begin, lines->count, error) &&
+         CheckFiles(program, strings, at + files, (size - files) / image::kImportedFileBytes,
+                    error);
 }
 
 }  // namespace morphbus::vm

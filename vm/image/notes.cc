@@ -78,6 +78,18 @@ ParameterInfo VerifiedProgram::parameter(int i) const {
   return parameter;
 }
 
+int VerifiedProgram::num_imported_files() const {
+  if (notes_ == nullptr) return 0;
+  const uint32_t files = lines_begin_ + num_lines_ * image::kLineBytes;
+  return static_cast<int>((size_ - run_size() - files) / image::kImportedFileBytes);
+}
+
+ImportedFile VerifiedProgram::imported_file(int i) const {
+  const uint8_t* record = notes_ + lines_begin_ + num_lines_ * image::kLineBytes +
+                          static_cast<uint32_t>(i) * image::kImportedFileBytes;
+  return {TextAt(notes_ + image::kNotesHeadBytes, record + 2), ReadU16(record)};
+}
+
 int VerifiedProgram::LineOf(int function, uint32_t pc) const {
   if (notes_ == nullptr || function < 0 || function >= num_functions_) return 0;
   // Lines are told by offsets in the code section.

@@ -145,6 +145,14 @@ class HandlerTable {
   const uint8_t* constants_;
 };
 
+/// A file that a program imports and has code from.
+struct ImportedFile {
+  /// As it lies from the folder of the program's own file.
+  Text name;
+  /// Its first line as LineOf counts it.
+  int first_line = 0;
+};
+
 /// A parameter of the program: a constant whose value a run may choose.
 struct ParameterInfo {
   /// Its number among the constants.
@@ -295,10 +303,15 @@ class VerifiedProgram {
   /// constants.
   [[nodiscard]] int num_parameters() const;
   [[nodiscard]] ParameterInfo parameter(int i) const;
+  /// How many imported files have code of the program, and file i of them, in the order of their
+  /// lines.
+  [[nodiscard]] int num_imported_files() const;
+  [[nodiscard]] ImportedFile imported_file(int i) const;
   /// Source line (1-based) of an instruction, 0 if unknown. `pc` is a byte offset in the function.
+  /// Lines are counted on from file to file: that of an imported one is told by source_places.h.
   [[nodiscard]] int LineOf(int function, uint32_t pc) const;
   /// Source line of the first code that stands in a role itself, 0 if there is none. An image has
-  /// no lines of declarations; this one lies in the role's braces.
+  /// no lines of declarations; this one lies in the role's braces, and is counted as by LineOf.
   [[nodiscard]] int LineOfRole(int role) const;
 
  private:

@@ -1,6 +1,6 @@
 // Broken programs: each file in test/malformed/dynarole must yield exactly the diagnostics that its
 // `// expect: LINE: text` comments announce (text is part of "error: ..." or "warning: ..." or of
-// the hint), no more and no fewer.
+// the hint), no more and no fewer. `// expect: FILE:LINE: text` is about a file that is imported.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,6 +26,7 @@ std::vector<std::string> BrokenFiles() {
 }
 
 struct Expectation {
+  std::string file;  ///< Empty: the program's own.
   int line = 0;
   std::string text;
 };
@@ -40,7 +41,12 @@ std::vector<Expectation> ExpectationsIn(const std::string& text) {
     if (at == std::string::npos) continue;
     const size_t colon = line.find(": ", at + mark.size());
     if (colon == std::string::npos) continue;
-    expectations.push_back({std::stoi(line.substr(at + mark.size())), line.substr(colon + 2)});
+    const std::string place = line.substr(at + mark.size(), colon - at - mark.size());
+    const size_t file = place.rfind(':');
+    const bool own = file == std::string::npos;
+    expectations.push_back({own ? "" : place.substr(0, file),
+                            std::stoi(own ? place : place.substr(file + 1)),
+                            line.substr(colon + 2)});
   }
   return expectations;
 }
@@ -48,8 +54,8 @@ std::vector<Expectation> ExpectationsIn(const std::string& text) {
 class BrokenProgram : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(BrokenProgram, YieldsExactlyTheExpectedDiagnostics) {
-  const std::string name = GetParam() + ".dyn";
-  std::ifstream file(test::SourcePath("test/malformed/dynarole/") + name);
+  const std::string name = test::SourcePath("test/malformed/dynarole/") + GetParam() + ".dyn";
+  std::ifstream file(name);
   std::stringstream text;
   text << file.rdbuf();
   std::vector<Expectation> expectations = ExpectationsIn(text.str());
@@ -59,16 +65,20 @@ TEST_P(BrokenProgram, YieldsExactlyTheExpectedDiagnostics) {
   const std::string rendered = Render(result.diagnostics, result.sources, false);
   EXPECT_EQ(result.image.has_value(), !result.diagnostics.had_errors()) << rendered;
   for (const source::Diagnostic& diagnostic : result.diagnostics.all()) {
-    const int line = result.sources.Locate(0, diagnostic.span.begin).line;
+    const int file_number = diagnostic.span.file;
+    const int line = result.sources.Locate(file_number, diagnostic.span.begin).line;
+    const std::string in = file_number == 0 ? "" : result.sources.NameFromFirst(file_number);
     const std::string found =
         (diagnostic.severity == source::Severity::kError ? "error: " : "warning: ") +
         diagnostic.message + " (" + diagnostic.hint + ")";
     const auto it =
         std::find_if(expectations.begin(), expectations.end(), [&](const Expectation& expectation) {
-          return expectation.line == line && found.find(expectation.text) != std::string::npos;
+          return expectation.file == in && expectation.line == line &&
+                 found.find(expectation.text) != std::string::npos;
         });
     if (it == expectations.end()) {
-      ADD_FAILURE() << "not expected: line " << line << ": " << found << "\n" << rendered;
+      ADD_FAILURE() << "not expected: " << in << " line " << line << ": " << found << "\n"
+                    << rendered;
     } else {
       expectations.erase(it);
     }

@@ -152,8 +152,10 @@ export class App implements Context {
   }
 
   showSource(run: Run, place: SourcePlace): void {
-    if (run.description.programText && place.line) {
-      this.source.open(place.file || run.description.program, run.description.programText, place.line);
+    const file = place.file || run.description.program;
+    const text = run.description.imported.get(file) ?? run.description.programText;
+    if (text && place.line) {
+      this.source.open(file, text, place.line);
     } else {
       this.tell(
         `The text of ${place.file || 'the program'} is not known here; the line is ${place.line || 'unknown'}.`,

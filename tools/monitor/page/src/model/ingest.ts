@@ -50,6 +50,7 @@ function takeDescription(run: Run, _: number, message: Decoded): void {
   d.robot = message.robot;
   d.program = message.programFile;
   d.programText = message.programText;
+  d.imported = new Map(message.imported.map((source: { file: string; text: string }) => [source.file, source.text]));
   d.tick = (message.tickUs || 20000) * 1e-6;
   d.modules = message.modules;
   d.roles = message.roles.filter((role: any) => !role.abstract);

@@ -6,6 +6,8 @@ import type { Run } from './run.ts';
 /** A thing that a role asks for, and the line of the program that does; 0 for none. */
 export interface RoleFinding {
   text: string;
+  /** The program, or what it imports. */
+  file: string;
   line: number;
   /** Whether the module has it. */
   holds: boolean;
@@ -43,9 +45,10 @@ export class RoleQuestions {
   why(run: Run, module: string, role: string, time: number): RoleFinding[] | null {
     const answer = this.answer(run, 'explain_role', { module, role }, time);
     if (!answer) return null;
-    if (answer.lacks) return [{ text: `its type has no ${answer.lacks}`, line: answer.line, holds: false }];
-    return answer.parts.map(({ label, line, holds, finding }: any) => ({
+    if (answer.lacks) return [{ text: `its type has no ${answer.lacks}`, file: answer.file, line: answer.line, holds: false }];
+    return answer.parts.map(({ label, file, line, holds, finding }: any) => ({
       text: label ? `label ${label} ${finding}` : `requirement ${finding}`,
+      file,
       line,
       holds,
     }));

@@ -37,6 +37,7 @@ export class Run {
     robot: '',
     program: '',
     programText: '',
+    imported: new Map(),
     tick: 0.02,
     modules: [],
     roles: [],

@@ -47,6 +47,8 @@ export interface Description {
   program: string;
   /** The program's text; empty if the server does not have it. */
   programText: string;
+  /** Texts of the files that it imports, by their paths. */
+  imported: Map<string, string>;
   /** Length of a control tick, seconds. */
   tick: number;
   modules: ModuleInfo[];
@@ -73,7 +75,7 @@ export interface ModuleState {
   labels: Label[];
   /** Conventions of all joints that have one. */
   signs: { joint: string; sign: number }[];
-  tasks: { kind: string; function: string; line: number }[];
+  tasks: { kind: string; function: string; line: number; file: string }[];
   /** Behaviors of the role that a fault has ended, and whether a startup of it has ended so. */
   endedBehaviors: number;
   startupEnded: boolean;

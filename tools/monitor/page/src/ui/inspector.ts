@@ -121,13 +121,14 @@ export class Inspector implements Panel {
         'div',
         { class: `why ${line.holds ? 'holds' : 'fails'}` },
         `${line.text} `,
-        line.line > 0 && this.source(run, module, line.line),
+        line.line > 0 && this.source(run, module, line.line, line.file),
       ),
     );
   }
 
-  private source(run: Run, module: string, line: number): HTMLElement {
-    const file = run.description.program;
+  /** @param imported a file that the program imports; empty for its own. */
+  private source(run: Run, module: string, line: number, imported: string): HTMLElement {
+    const file = imported || run.description.program;
     return button(`${file.split('/').pop() || 'program'}:${line}`, () => this.context.showSource(run, { module, file, line }), {
       class: 'place',
       title: 'Show the program at this line',
@@ -143,7 +144,7 @@ export class Inspector implements Panel {
           'div',
           {},
           `${task.kind} ${task.function} `,
-          task.line > 0 && this.source(run, module, task.line),
+          task.line > 0 && this.source(run, module, task.line, task.file),
         ),
       ),
     ];

@@ -113,8 +113,8 @@ export class RolesPanel implements Panel {
         `${missing.text} `,
         missing.line > 0 &&
           button(
-            `${run.description.program.split('/').pop() || 'program'}:${missing.line}`,
-            () => this.context.showSource(run, { module, file: run.description.program, line: missing.line }),
+            `${(missing.file || run.description.program).split('/').pop() || 'program'}:${missing.line}`,
+            () => this.context.showSource(run, { module, file: missing.file, line: missing.line }),
             { class: 'place', title: 'Show the program at this line' },
           ),
       );
