@@ -4,7 +4,9 @@
 `Some` does few short rows and what is refused; `All` every row of models/benchmark, which takes many minutes.
 """
 import json
+import re
 import shutil
+import tomllib
 import subprocess
 import unittest
 
@@ -12,8 +14,9 @@ from support import SOURCE, Case, as_json, morphbus
 
 FOLDER = SOURCE / 'models' / 'benchmark'
 RESULTS = json.loads((FOLDER / 'results.json').read_text(encoding='utf-8'))
-# Rows of a few seconds each.
-SHORT = (('straight', 'train'), ('turn', 'car'), ('push', 'ckbot_snake4'))
+ROBOTS = tomllib.loads((FOLDER / 'robots.toml').read_text(encoding='utf-8'))['robot']
+# Rows of a few seconds each; the car is looked at, but not meant to turn on the spot.
+SHORT = (('straight', 'train'), ('turn', 'car'), ('lift', 'arm'), ('metre', 'spider'))
 
 
 def result(task, robot):
@@ -55,9 +58,12 @@ class Some(Case):
     def test_a_robot_of_ones_own_stands_beside_those_that_ship(self):
         model, program = SOURCE / 'models' / 'atron.m3l', SOURCE / 'models' / 'programs' / 'car.dyn'
         done = self.benchmark(FOLDER, model, program, '--robot', 'car', '--task', 'turn', status=1)
-        lines = [line for line in done.stdout.splitlines() if line.startswith('  car, car ')]
+        lines = [line for line in done.stdout.splitlines() if line.startswith('  atron: car, car ')]
         self.assertEqual(len(lines), 2, done.stdout)
-        self.assertEqual(lines[0], lines[1], 'the same program gets the same')
+        # The same program gets the same; who brings a robot means it to meet the task.
+        self.assertRegex(lines[0], r'car +no ')
+        self.assertRegex(lines[1], r'car +\(no\) ')
+        self.assertEqual(lines[0].split()[4:], lines[1].split()[4:])
         for row in RESULTS:
             if row['task'] == 'turn':
                 self.assertIn(row['hash'], done.stdout)
@@ -117,18 +123,55 @@ class Some(Case):
         self.assertIn('no task is in it', self.benchmark(self.folder, *car, status=2).stderr)
         self.assertIn("did you mean 'straight'?", self.benchmark(FOLDER, *car, '--task', 'strait', status=2).stderr)
         self.assertIn('a model and a program, or neither', self.benchmark(FOLDER, car[0], status=2).stderr)
-        self.assertIn('no robot of this folder', self.benchmark(FOLDER, '--robot', 'nobody', status=2).stderr)
+        nobody = self.benchmark(FOLDER, '--robot', 'nobody', status=2).stderr
+        self.assertIn("no robot of this folder is called 'nobody'", nobody)
+        for robot in ROBOTS:
+            self.assertIn(robot['robot'], nobody.partition('there are ')[2])
+        self.assertIn("did you mean 'crane'?", self.benchmark(FOLDER, '--robot', 'cran', status=2).stderr)
+        self.assertIn('its tasks are lift', self.benchmark(FOLDER, '--robot', 'arm', '--task', 'turn', status=2).stderr)
         self.assertIn('of your own', self.benchmark(FOLDER, '--set', 'swing=1', status=2).stderr)
 
 
+    def test_what_a_robot_is_meant_to_meet_is_demanded(self):
+        folder = self.own(creep='title = "far"\nseconds = 2\nmet = "distance >= 5 m"\n')
+        robot = f'[[robot]]\nmodel = "{SOURCE}/models/atron.m3l"\nrobot = "car"\nprogram = "{SOURCE}/models/programs/car.dyn"\n'
+        path = folder / 'robots.toml'
+        path.write_text(robot, encoding='utf-8')
+        self.assertIn(' (no) ', self.benchmark(folder).stdout)
+        path.write_text(robot + 'meets = ["creep"]\n', encoding='utf-8')
+        for more in ((), ('--write',)):
+            done = self.benchmark(folder, *more, status=1)
+            self.assertIn('car does not meet creep', done.stderr)
+            self.assertRegex(done.stdout, r' no ')
+        (folder / 'other.toml').write_text('title = "near"\nseconds = 2\nmet = "distance >= 0"\n', encoding='utf-8')
+        path.write_text(robot + 'tasks = ["other"]\nmeets = ["creep"]\n', encoding='utf-8')
+        self.assertIn("robot car meets 'creep', which is not one of its tasks", self.benchmark(folder, status=2).stderr)
+        path.write_text(robot + 'meets = ["crawl"]\n', encoding='utf-8')
+        self.assertIn("has a task 'crawl', which no file is called by", self.benchmark(folder, status=2).stderr)
+
+
+def named(robot):
+    """The model and the name of a robot of robots.toml, as results.json has them."""
+    return robot['model'].rpartition('/')[2].removesuffix('.m3l'), robot['robot']
+
+
 class Shipped(unittest.TestCase):
-    def test_every_robot_meets_its_row(self):
-        robots = {(row['robot'], row['program'], row['settings']) for row in RESULTS}
-        met = {(row['robot'], row['program'], row['settings']) for row in RESULTS if row['met']}
-        self.assertEqual(robots - met, set(), 'robots that meet no task')
+    def test_every_robot_of_the_models_is_meant_to_meet_a_task(self):
+        there = {(path.stem, robot) for path in (SOURCE / 'models').glob('*.m3l')
+                 for robot in re.findall(r'^robot (\w+):', path.read_text(encoding='utf-8'), re.M)}
+        meant = {named(robot) for robot in ROBOTS if robot['meets']}
+        self.assertEqual(there - meant, set())
+
+    def test_every_robot_meets_what_it_is_meant_to(self):
         for row in RESULTS:
             self.assertRegex(row['hash'] or '', r'^[0-9a-f]{32}$', row)
             self.assertIsNone(row['error'])
+            self.assertTrue(row['met'] or not row['meant'], row)
+        # The results are those of robots.toml as it is, in its order.
+        tasks = sorted(path.stem for path in FOLDER.glob('*.toml') if path.stem != 'robots')
+        self.assertEqual([(row['task'], row['model'], row['robot'], row['meant']) for row in RESULTS],
+                         [(task, *named(robot), task in robot['meets']) for task in tasks for robot in ROBOTS
+                          if task in robot['tasks']])
 
     def test_the_document_has_the_results(self):
         done = subprocess.run([SOURCE / 'tools' / 'benchmark_table', '--check'], capture_output=True, text=True)

@@ -26,6 +26,7 @@ MOVED_BY = {
     ('smores', 'train'): 'smores_train',
     ('superbot', 'superbot_snake'): 'superbot_snake', ('rofi', 'rofi_snake'): 'rofi_snake',
     ('roombots', 'roombots_snake'): 'roombots_snake', ('dtto', 'dtto_ring'): 'dtto_ring', ('revolve2', 'spider'): 'spider',
+    ('mtran_soles', 'sensing_quadruped'): 'quadruped_feeling',
     ('pairs', 'crane'): 'crane', ('pairs', 'tractor'): 'tractor',
     **{('snakes', f'{kind}_snake{n}'): 'snake' for kind in ('mtran', 'ckbot', 'molecube') for n in (4, 8, 16)},
 }

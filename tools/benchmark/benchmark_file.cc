@@ -23,11 +23,15 @@ constexpr const char* kRobots = "robots.toml";
 constexpr double kMostSeconds = 1e4;
 
 /// Reads the tree of one file, whose errors go to `diagnostics`. Paths are relative to the file.
+/// What is wrong is reported and left at its default, so that one reading finds all mistakes of a
+/// file; who reads asks the diagnostics whether there were any.
 class BenchmarkReader {
  public:
   BenchmarkReader(int file, std::string folder, source::Diagnostics* diagnostics)
       : top_{file, 0, 1}, folder_(std::move(folder)), diagnostics_(*diagnostics) {}
 
+  /// The task of a file that is called `name`. It knows all figures in `met`, and in `until` those
+  /// that are known while it runs.
   std::optional<BenchmarkTask> Task(const std::string& name, const TomlValue::Table& table) {
     BenchmarkTask task;
     task.name = name;
@@ -65,6 +69,7 @@ class BenchmarkReader {
     return task;
   }
 
+  /// The robots of robots.toml, a [[robot]] each.
   std::vector<BenchmarkRobot> Robots(const TomlValue::Table& table) {
     std::vector<BenchmarkRobot> robots;
     for (const TomlEntry& entry : table) {
@@ -190,8 +195,11 @@ class BenchmarkReader {
         Texts(entry.value, &robot.set);
       } else if (key == "tasks") {
         Texts(entry.value, &robot.tasks);
+      } else if (key == "meets") {
+        Texts(entry.value, &robot.meets);
       } else {
-        Unknown(entry, {"model", "robot", "program", "compiled_for", "params", "set", "tasks"});
+        Unknown(entry,
+                {"model", "robot", "program", "compiled_for", "params", "set", "tasks", "meets"});
       }
     }
     if (robot.model.empty() || robot.robot.empty() || robot.program.empty()) {
@@ -230,6 +238,29 @@ bool ReadInto(const fs::path& path, Benchmark* benchmark) {
   return !diagnostics.had_errors();
 }
 
+/// Whether all tasks that a robot names are there, and it is looked at at those that it is meant to
+/// meet. Without this a misspelt task would be left out in silence. False after saying which is
+/// not.
+bool KnowsItsTasks(const Benchmark& benchmark, const BenchmarkRobot& robot) {
+  const auto refuse = [&](const std::string& what) {
+    Unusable(fmt::format("{}/{}: robot {} {}", benchmark.folder, kRobots, robot.robot, what));
+    return false;
+  };
+  for (const std::vector<std::string>* names : {&robot.tasks, &robot.meets}) {
+    for (const std::string& name : *names) {
+      if (std::ranges::find(benchmark.tasks, name, &BenchmarkTask::name) == benchmark.tasks.end()) {
+        return refuse(fmt::format("has a task '{}', which no file is called by", name));
+      }
+    }
+  }
+  for (const std::string& name : robot.meets) {
+    if (!robot.tasks.empty() && std::ranges::find(robot.tasks, name) == robot.tasks.end()) {
+      return refuse(fmt::format("meets '{}', which is not one of its tasks", name));
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 std::optional<Benchmark> ReadBenchmark(const std::string& folder) {
@@ -246,15 +277,8 @@ std::optional<Benchmark> ReadBenchmark(const std::string& folder) {
     if (!ReadInto(path, &benchmark)) return std::nullopt;
   }
   if (benchmark.tasks.empty()) return Refuse(folder + ": no task is in it (docs/benchmark.md)");
-  // A misspelt task would else be left out in silence.
   for (const BenchmarkRobot& robot : benchmark.robots) {
-    for (const std::string& name : robot.tasks) {
-      if (std::ranges::find(benchmark.tasks, name, &BenchmarkTask::name) != benchmark.tasks.end()) {
-        continue;
-      }
-      return Refuse(fmt::format("{}/{}: robot {} has a task '{}', which no file is called by",
-                                folder, kRobots, robot.robot, name));
-    }
+    if (!KnowsItsTasks(benchmark, robot)) return std::nullopt;
   }
   return benchmark;
 }

@@ -40,7 +40,8 @@ struct BenchmarkRobot {
                                       ///< empty: its own.
   std::string params;                 ///< Path of settings (`run --params`); empty: none.
   std::vector<std::string> set;       ///< Settings (`run --set`).
-  std::vector<std::string> tasks;     ///< By name; empty: all.
+  std::vector<std::string> tasks;     ///< By name, those at which it is looked at; empty: all.
+  std::vector<std::string> meets;     ///< Those of them that it is meant to meet.
 };
 
 /// All that is in a folder.

@@ -12,10 +12,10 @@
 namespace morphbus::tools {
 namespace {
 
-constexpr const char* kLine = "  {:<48} {:<4} {:>6} {:>9} {:>8} {:>7} {:>7} {:>8}  {}\n";
+constexpr const char* kLine = "  {:<58} {:<5} {:>6} {:>9} {:>8} {:>7} {:>7} {:>8}  {}\n";
 constexpr double kDegreesInARadian = 57.29577951308232;
 /// By these a row is found again.
-constexpr std::array<const char*, 4> kNames = {"task", "robot", "program", "settings"};
+constexpr std::array<const char*, 5> kNames = {"task", "model", "robot", "program", "settings"};
 
 std::string ResultsPath(const std::string& folder) { return folder + "/results.json"; }
 
@@ -40,9 +40,11 @@ bool SameNames(const Json& a, const Json& b) {
 BenchmarkRow RowOf(const BenchmarkTask& task, const BenchmarkRobot& robot) {
   BenchmarkRow row;
   row.task = &task;
+  row.model = StemOf(robot.model);
   row.robot = robot.robot;
   row.program = StemOf(robot.program);
   if (!robot.params.empty()) row.settings = StemOf(robot.params);
+  row.meant = std::ranges::find(robot.meets, task.name) != robot.meets.end();
   for (const std::string& setting : robot.set) {
     row.settings += (row.settings.empty() ? "" : " ") + setting;
   }
@@ -52,9 +54,11 @@ BenchmarkRow RowOf(const BenchmarkTask& task, const BenchmarkRobot& robot) {
 Json RowJson(const BenchmarkRow& row) {
   const BenchmarkOutcome& outcome = row.outcome;
   return {{"task", row.task->name},
+          {"model", row.model},
           {"robot", row.robot},
           {"program", row.program},
           {"settings", row.settings.empty() ? Json(nullptr) : Json(row.settings)},
+          {"meant", row.meant},
           {"met", outcome.met},
           {"hash", outcome.hash.empty() ? Json(nullptr) : Json(outcome.hash)},
           {"figures", outcome.figures},
@@ -71,8 +75,11 @@ Result<std::vector<Json>> ReadResults(const std::string& folder) {
   for (const Json& row : json) {
     const bool good = row.is_object() && row.contains("figures") && row["figures"].is_object() &&
                       row.contains("met") && row["met"].is_boolean() && row.contains("hash") &&
+                      row.contains("meant") && row["meant"].is_boolean() &&
                       std::ranges::all_of(kNames, [&](const char* n) { return row.contains(n); });
-    if (!good) return Fail(path + ": a result lacks its task, robot, program, figures or hash");
+    if (!good) {
+      return Fail(path + ": a result lacks its task, model, robot, program, figures or hash");
+    }
   }
   return std::vector<Json>(json.begin(), json.end());
 }
@@ -107,23 +114,25 @@ const Json* FindResult(const std::vector<Json>& results, const BenchmarkRow& row
 
 std::string TaskHeading(const BenchmarkTask& task) {
   return fmt::format("{} ({})\n", task.title, task.name) +
-         fmt::format(kLine, "robot, program", "met", "s", "distance", "drift", "turned", "m/s", "J",
-                     "hash");
+         fmt::format(kLine, "model: robot, program", "met", "s", "distance", "drift", "turned",
+                     "m/s", "J", "hash");
 }
 
 std::string RowText(const Json& row) {
   const std::string settings =
       row["settings"].is_null() ? "" : ", " + row["settings"].get<std::string>();
-  const std::string who = EscapeControl(fmt::format("{}, {}{}", row["robot"].get<std::string>(),
+  const std::string who = EscapeControl(fmt::format("{}: {}, {}{}", row["model"].get<std::string>(),
+                                                    row["robot"].get<std::string>(),
                                                     row["program"].get<std::string>(), settings));
+  const char* const met = row["meant"].get<bool>() ? (row["met"].get<bool>() ? "yes" : "no")
+                                                   : (row["met"].get<bool>() ? "(yes)" : "(no)");
   if (row["hash"].is_null()) {
-    return fmt::format("  {:<48} failed: {}\n", who,
+    return fmt::format("  {:<58} failed: {}\n", who,
                        EscapeControl(row["error"].get<std::string>()));
   }
-  return fmt::format(kLine, who, row["met"].get<bool>() ? "yes" : "no", Cell(row, "seconds", 0),
-                     Cell(row, "distance", 3) + " m", Cell(row, "drift", 2) + " m",
-                     Cell(row, "turned", 0, kDegreesInARadian) + "°", Cell(row, "speed", 4),
-                     Cell(row, "energy", 1), row["hash"].get<std::string>());
+  return fmt::format(kLine, who, met, Cell(row, "seconds", 0), Cell(row, "distance", 3) + " m",
+                     Cell(row, "drift", 2) + " m", Cell(row, "turned", 0, kDegreesInARadian) + "°",
+                     Cell(row, "speed", 4), Cell(row, "energy", 1), row["hash"].get<std::string>());
 }
 
 }  // namespace morphbus::tools

@@ -17,15 +17,16 @@ namespace morphbus::tools {
 /// them.
 struct BenchmarkRow {
   const BenchmarkTask* task = nullptr;
-  std::string robot, program, settings;
+  std::string model, robot, program, settings;
+  bool meant = false;  ///< Whether the robot is meant to meet the task; else it is looked at only.
   BenchmarkOutcome outcome;
 };
 
 /// A row of a robot whose outcome is still to come.
 BenchmarkRow RowOf(const BenchmarkTask& task, const BenchmarkRobot& robot);
 
-/// `{"task":…,"robot":…,"program":…,"settings":…,"met":…,"hash":…,"figures":{…},"error":…}`;
-/// `settings` is null without any, `error` of a run that went well.
+/// `{"task":…,"model":…,"robot":…,"program":…,"settings":…,"meant":…,"met":…,"hash":…,"figures":{…},
+/// "error":…}`; `settings` is null without any, `error` of a run that went well.
 Json RowJson(const BenchmarkRow& row);
 
 /// The rows that FOLDER/results.json has, as RowJson makes them; none without the file. Fails for
@@ -33,7 +34,8 @@ Json RowJson(const BenchmarkRow& row);
 Result<std::vector<Json>> ReadResults(const std::string& folder);
 /// Writes the rows there: those of the file that are of other robots or tasks stay.
 Result<void> WriteResults(const std::string& folder, const std::vector<BenchmarkRow>& rows);
-/// The row of `results` with the same task, robot, program and settings; null if there is none.
+/// The row of `results` with the same task, model, robot, program and settings; null if there is
+/// none.
 const Json* FindResult(const std::vector<Json>& results, const BenchmarkRow& row);
 
 /// The title of a task with the heads of the columns, and a row of it (RowJson), for people.

@@ -28,49 +28,73 @@ struct BenchmarkOptions {
   bool json = false;
 };
 
-/// A row with the run that is to be done for it.
+/// A row of the table, whose outcome is still to come, with the run that brings it.
 struct PlannedTask {
   BenchmarkRow row;
   RunPlan plan;
 };
 
-/// The robots that are meant: that of the command line, or those of the folder.
+/// Whether `name` is one of `names`; no names stand for all that there are.
+bool Asked(const std::vector<std::string>& names, const std::string& name) {
+  return names.empty() || std::ranges::find(names, name) != names.end();
+}
+
+/// The robots to be looked at: that of the command line, which is meant to meet every task, or
+/// those of the folder, of them those that --robot names. None after saying that there is none of
+/// that name.
 std::vector<BenchmarkRobot> RobotsOf(const BenchmarkOptions& options, const Benchmark& benchmark) {
   if (!options.model.empty()) {
-    return {{options.model,
-             options.robot,
-             options.program,
-             options.compiled_for,
-             options.params,
-             options.set,
-             {}}};
+    BenchmarkRobot own;
+    own.model = options.model;
+    own.robot = options.robot;
+    own.program = options.program;
+    own.compiled_for = options.compiled_for;
+    own.params = options.params;
+    own.set = options.set;
+    for (const BenchmarkTask& task : benchmark.tasks) own.meets.push_back(task.name);
+    return {own};
   }
   std::vector<BenchmarkRobot> robots = benchmark.robots;
-  if (!options.robot.empty()) {
-    std::erase_if(robots, [&](const BenchmarkRobot& one) { return one.robot != options.robot; });
+  if (options.robot.empty()) return robots;
+  std::vector<std::string> names;
+  for (const BenchmarkRobot& one : robots) {
+    if (std::ranges::find(names, one.robot) == names.end()) names.push_back(one.robot);
+  }
+  std::erase_if(robots, [&](const BenchmarkRobot& one) { return one.robot != options.robot; });
+  if (robots.empty()) {
+    Unusable(fmt::format("--robot: no robot of this folder is called '{}'{}; there are {}",
+                         options.robot, DidYouMean(options.robot, names), fmt::join(names, ", ")));
   }
   return robots;
+}
+
+/// Whether all tasks of --task are there; says which one is not.
+bool KnowsTasks(const BenchmarkOptions& options, const Benchmark& benchmark) {
+  std::vector<std::string> names;
+  for (const BenchmarkTask& task : benchmark.tasks) names.push_back(task.name);
+  for (const std::string& name : options.tasks) {
+    if (std::ranges::find(names, name) != names.end()) continue;
+    Unusable(fmt::format("--task: there is no task '{}'{}; there are {}", name,
+                         DidYouMean(name, names), fmt::join(names, ", ")));
+    return false;
+  }
+  return true;
 }
 
 /// Plans all rows; nothing after saying why one cannot run.
 std::optional<std::vector<PlannedTask>> PlanAll(const BenchmarkOptions& options,
                                                 const Benchmark& benchmark) {
-  for (const std::string& name : options.tasks) {
-    if (std::ranges::find(benchmark.tasks, name, &BenchmarkTask::name) == benchmark.tasks.end()) {
-      std::vector<std::string> names;
-      for (const BenchmarkTask& task : benchmark.tasks) names.push_back(task.name);
-      return Refuse(fmt::format("--task: there is no task '{}'{}; there are {}", name,
-                                DidYouMean(name, names), fmt::join(names, ", ")));
-    }
+  if (!KnowsTasks(options, benchmark)) return std::nullopt;
+  if (options.model.empty() && benchmark.robots.empty()) {
+    return Refuse(options.folder + ": no robot is in it: see robots.toml in docs/benchmark.md");
   }
+  const std::vector<BenchmarkRobot> robots = RobotsOf(options, benchmark);
+  if (robots.empty()) return std::nullopt;
   std::vector<PlannedTask> planned;
   for (const BenchmarkTask& task : benchmark.tasks) {
-    const auto asked = [&task](const std::vector<std::string>& names) {
-      return names.empty() || std::ranges::find(names, task.name) != names.end();
-    };
-    if (!asked(options.tasks)) continue;
-    for (const BenchmarkRobot& robot : RobotsOf(options, benchmark)) {
-      if (!asked(robot.tasks)) continue;
+    if (!Asked(options.tasks, task.name)) continue;
+    for (const BenchmarkRobot& robot : robots) {
+      if (!Asked(robot.tasks, task.name)) continue;
       std::optional<RunPlan> plan = PlanBenchmark(task, robot);
       if (!plan) return std::nullopt;
       // Where the model has but one robot, nobody needs to name it.
@@ -78,12 +102,16 @@ std::optional<std::vector<PlannedTask>> PlanAll(const BenchmarkOptions& options,
       planned.back().row.robot = planned.back().plan.robot().name;
     }
   }
-  if (planned.empty()) return Refuse("no robot of this folder is asked for: see robots.toml in it");
+  if (planned.empty()) {
+    return Refuse(fmt::format("robot '{}' is not looked at at that task: its tasks are {}",
+                              robots.front().robot, fmt::join(robots.front().tasks, ", ")));
+  }
   return planned;
 }
 
 /// Runs all rows, so many at a time, and shows each as soon as it and those before it are done.
-/// Each is a run by itself, so that nothing depends on how many run at a time.
+/// Each is a run by itself, so that nothing depends on how many run at a time. After Ctrl-C the
+/// rows that have not begun fail, so that what is done already is still shown.
 void RunAll(std::vector<PlannedTask>* planned, int jobs,
             const std::function<void(const BenchmarkRow&)>& show) {
   std::vector<std::promise<BenchmarkOutcome>> promises(planned->size());
@@ -107,8 +135,8 @@ void RunAll(std::vector<PlannedTask>* planned, int jobs,
   }
 }
 
-/// Prints rows as they come, by task. Beside a robot of one's own stand those of the folder, behind
-/// it: `known`.
+/// Prints rows as they come, by task. Behind the rows of a robot of one's own stand those that
+/// results.json has of the same task: `known`.
 class TablePrinter {
  public:
   explicit TablePrinter(std::vector<Json> known) : known_(std::move(known)) {}
@@ -133,7 +161,20 @@ class TablePrinter {
   const BenchmarkTask* task_ = nullptr;
 };
 
-/// Says which rows are not as results.json has them. How many there are.
+/// Says which robots do not meet a task that they are meant to meet. How many rows those are.
+int CountUnmet(const std::vector<BenchmarkRow>& rows) {
+  int unmet = 0;
+  for (const BenchmarkRow& row : rows) {
+    if (!row.meant || row.outcome.met || !row.outcome.error.empty()) continue;
+    ++unmet;
+    Warn(fmt::format("{}: {} does not meet {}, as robots.toml says that it does", row.model,
+                     row.robot, row.task->name));
+  }
+  return unmet;
+}
+
+/// Says which rows are not as results.json has them; a row that it does not have yet is none of
+/// them. How many there are.
 int CountDifferences(const std::vector<BenchmarkRow>& rows, const std::vector<Json>& results) {
   int different = 0;
   for (const BenchmarkRow& row : rows) {
@@ -179,12 +220,17 @@ int RunBenchmarks(const BenchmarkOptions& options) {
       std::ranges::any_of(rows, [](const BenchmarkRow& row) { return !row.outcome.error.empty(); });
   if (failed) return kFailed;
   if (options.write) {
-    const Result<void> written = WriteResults(options.folder, rows);
-    return written ? kDone : Unusable(written.error().message);
+    if (Result<void> written = WriteResults(options.folder, rows); !written) {
+      return Unusable(written.error().message);
+    }
   }
-  if (!own) return CountDifferences(rows, *results) > 0 ? kNo : kDone;
-  return std::ranges::all_of(rows, [](const BenchmarkRow& row) { return row.outcome.met; }) ? kDone
-                                                                                            : kNo;
+  if (own) {
+    const auto met = [](const BenchmarkRow& row) { return row.outcome.met; };
+    return std::ranges::all_of(rows, met) ? kDone : kNo;
+  }
+  // What has just been written is no difference, but a task that is not met stays one.
+  const int differences = options.write ? 0 : CountDifferences(rows, *results);
+  return CountUnmet(rows) + differences > 0 ? kNo : kDone;
 }
 
 }  // namespace
@@ -208,8 +254,10 @@ void AddBenchmark(CommandLine* line) {
   sub.Flag("--write", &options->write, "Write what the robots get into FOLDER/results.json");
   sub.Json(&options->json);
   sub.Footer(
-      "Exit status 1: a robot of FOLDER gets another result than results.json has, or one of your "
-      "own does not meet a task.\n"
+      "(yes) and (no): the robot is looked at, but not meant to meet the task.\n"
+      "Exit status 1: a robot of FOLDER gets another result than results.json has, or does not "
+      "meet a task "
+      "that it is meant to, or one of your own does not meet a task.\n"
       "Examples:\n  morphbus benchmark models/benchmark\n"
       "  morphbus benchmark models/benchmark --task straight --robot car\n"
       "  morphbus benchmark models/benchmark models/mtran.m3l walk.dyn --robot quadruped");
