@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "compiler/m3l/docking_turn.h"
 #include "compiler/m3l/evaluate.h"
+#include "compiler/model/link_mass.h"
 
 namespace morphbus::m3l {
 namespace internal {
@@ -150,6 +152,32 @@ void FindDirections(CheckedModule& module) {
   }
 }
 
+/// Leaves out of the model the normals of connectors that say what the geometry says by itself:
+/// whoever writes them down changes neither the model's hash nor what carries it.
+void LeaveOutImpliedNormals(CheckedModule& module) {
+  // As far apart as rounding leaves two ways to the same direction.
+  constexpr double kSame = 1e-9;
+  std::map<int, Eigen::Vector3d> middles;
+  for (int i = 0; i < std::ssize(module.type.connectors); ++i) {
+    model::Connector& connector = module.type.connectors[i];
+    const auto written = connector.normals.find("");
+    if (written == connector.normals.end()) continue;
+    const Eigen::Vector3d direction = written->second;
+    connector.normals.erase(written);
+    const std::optional<FaceNormal> implied = NormalOf(module, i, {});
+    bool same = implied && implied->outward && (implied->direction - direction).norm() < kSame;
+    if (same) {
+      // Exports find the way out from the centre of mass, which must not lead elsewhere.
+      const auto [middle, fresh] = middles.try_emplace(connector.link);
+      if (fresh) {
+        middle->second = model::ComputeLinkMass(module.type, connector.link).p_LoLcm_L;
+      }
+      same = direction.dot(connector.p_MoCo_M - middle->second) > kSame * module.extent_m;
+    }
+    if (!same) connector.normals[""] = direction;
+  }
+}
+
 /// False, after an error, if the module is too large to look at more closely.
 bool CheckSizes(const ModuleScope& scope) {
   const ModuleDecl& decl = *scope.module.decl;
@@ -210,6 +238,7 @@ CheckedModule CheckModule(const ModuleDecl& decl, const source::SourceSet& sourc
   module.valid = diagnostics->error_count() == errors && !decl.broken && !broken(decl.points) &&
                  !broken(decl.links) && !broken(decl.axes) && !broken(decl.joints) &&
                  !broken(decl.sensors);
+  if (module.valid) internal::LeaveOutImpliedNormals(module);
   return module;
 }
 

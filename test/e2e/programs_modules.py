@@ -13,7 +13,7 @@ class Modules(Programs):
     SECONDS = 8
     # In that time: metres to the north, and what program does it.
     MEASURED = {
-        ('superbot', 'superbot_snake'): ('superbot_snake', 0.302),
+        ('superbot', 'superbot_snake'): ('superbot_snake', 0.300),
         ('rofi', 'rofi_snake'): ('rofi_snake', 0.406),
         ('roombots', 'roombots_snake'): ('roombots_snake', 0.067),
         ('dtto', 'dtto_ring'): ('dtto_ring', 0.761),

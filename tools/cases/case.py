@@ -90,6 +90,9 @@ def attributes(chance, robot):
     """--set of numbers of the module types, by which simulated modules are less ideal."""
     found = []
     for kind in sorted(set(robot.modules.values())):
+        if not TYPES[kind].joints:
+            found += ['--set', f'{kind}.{chance.one(TYPES[kind].links)}.mass_spread={chance.whole(1, 10)}%']
+            continue
         joint, sort = chance.one(sorted(TYPES[kind].joints.items()))
         found += ['--set', chance.one((
             f'{kind}.{joint}.delay={chance.whole(1, 60)}ms', f'{kind}.{joint}.torque={chance.between(0.5, 3):.2f}',

@@ -24,14 +24,15 @@ def on_type(kind):
         unit, value = ('Millimetres', 'abs(degrees)') if sort == 'prismatic' else ('Degrees', 'degrees')
         return f'self.jointSet{unit}{"" if blocking else "NonBlocking"}(self.{joint}, {value});'
 
-    function('bend(float degrees)', [move(joint, sort, False) for joint, sort in joints])
-    # The last joint only, so that the others go on with their wave.
-    function('go(float degrees)', [move(*joints[-1], True)])
-    turning = [f'self.turnContinuous(self.{joint}, speed);' for joint, sort in joints if sort == 'continuous']
-    function('spin(float speed)', turning or ['bend(speed / 3);'])
-    joint, sort = joints[0]
-    function('here()', [f'return self.joint{"Millimetres" if sort == "prismatic" else "Degrees"}(self.{joint});'])
-    function('effort()', [f'return self.jointEffort(self.{joint});'])
+    if joints:
+        function('bend(float degrees)', [move(joint, sort, False) for joint, sort in joints])
+        # The last joint only, so that the others go on with their wave.
+        function('go(float degrees)', [move(*joints[-1], True)])
+        turning = [f'self.turnContinuous(self.{joint}, speed);' for joint, sort in joints if sort == 'continuous']
+        function('spin(float speed)', turning or ['bend(speed / 3);'])
+        joint, sort = joints[0]
+        function('here()', [f'return self.joint{"Millimetres" if sort == "prismatic" else "Degrees"}(self.{joint});'])
+        function('effort()', [f'return self.jointEffort(self.{joint});'])
     function('feel()', [f'return {" + ".join(module.sensors)};' if module.sensors else 'return 0.25;'])
     hooks = [hook.upper() for hook in module.hooks]
     function('hook(bool out)', [f'self.{hook}.SET_EXTENDED(out);' for hook in hooks[:2]] or ['holding = out;'])
@@ -229,18 +230,19 @@ ANY = '''abstract role Any extends Module {{
 def specials(chance, kind, base):
     """Roles that only some modules take: by what hangs on them, and which roles that plays."""
     module = TYPES[kind]
-    joint = next(iter(module.joints)).upper()
+    joint = next((name.upper() for name in module.joints), None)
     ends = f'{base}End'
     found = []
     if chance.happens(0.5):
-        label = chance.one(('', f'  label tip = self.links({chance.whole(0, 2)});\n', f'  label elbow = self.{joint};\n'))
+        elbow = f'  label elbow = self.{joint};\n' if joint else ''
+        label = chance.one(('', f'  label tip = self.links({chance.whole(0, 2)});\n', elbow))
         found.append(f'role {ends} extends {base} {{\n  require self.connected <= {chance.whole(1, 2)};\n{label}'
                      f'  count = {chance.whole(100, 200)};\n}}')
         if chance.happens(0.6):
             where = chance.one((*DIRECTIONS, '$ANY'))
             found.append(f'role {base}Next extends {base} {{\n  require self.connected({where}, ${ends}) >= 1;\n'
                          f'  command step(float degrees) {{\n    bend(degrees * 0.5);\n  }}\n}}')
-    if chance.happens(0.3):
+    if chance.happens(0.3) and joint:
         found.append(f'role {base}Along extends {base} {{\n  require self.{joint}.AXIS == {chance.one(AXES)};\n'
                      f'  startup align() {{\n    print("lies along", self.connected({chance.one(DIRECTIONS)}) == 1);\n  }}\n}}')
     return found

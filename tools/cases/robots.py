@@ -5,7 +5,7 @@ import math
 import pathlib
 import subprocess
 
-from cases.modules import DEGREES, FAMILIES, TYPES
+from cases.modules import CALLED, DEGREES, FAMILIES, TYPES
 
 NEAR = 1e-6  # m, and in quaternions: what counts as one place
 NAME = 'assembled'
@@ -84,7 +84,7 @@ class Dockings:
                                   stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
             if done.returncode != 0:
                 raise RuntimeError(f'morphbus connections {model}: status {done.returncode}: {done.stderr.strip()}')
-            a, b = name.split('_to_')
+            a, b = (CALLED.get(kind, kind) for kind in name.split('_to_'))
             both = []
             for each in json.loads(done.stdout)['connections']:
                 pose = Pose(tuple(each['pose']['p']), tuple(each['pose']['q']))

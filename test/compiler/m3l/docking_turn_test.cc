@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "compiler/m3l/compile.h"
+#include "compiler/model/model_proto.h"
 #include "test/support/diagnostics_test.h"
 #include "test/support/source_dir.h"
 
@@ -192,6 +193,29 @@ TEST_F(DockingTurnTest, AHalfTurnNeedsNoWayOut) {
 TEST_F(DockingTurnTest, ADeclaredNormalDecidesForAPlate) {
   ExpectTurn(Plate(", normal=(-1,0,0)", "(0,2,0)"), "PLATE", "m1.face,m2.face", 90.0,
              Vector3d::Zero(), -Vector3d::UnitX());
+}
+
+/// A cube with a face in front, whose normal is as written.
+std::string CubeWith(const std::string& normal) {
+  return "module CUBE: unit=0.1\n"
+         "point face: (point _1: coords=(1,.5,0)) (point _2: coords=(1,0,.5))\n"
+         "  (point _3: coords=(1,-.5,0)) coords=(1,0,0), connector" +
+         normal +
+         "\nlink body: grouping=(face), hull=box(size=(2,2,2))\nrobot r: modules=(CUBE m)\n";
+}
+
+TEST(ImpliedNormalTest, ANormalThatSaysWhatTheGeometrySaysLeavesModelAndHashAsTheyAre) {
+  const auto bytes = [](const std::string& normal) {
+    const CompileOutput output = CompileText("a.m3l", CubeWith(normal));
+    EXPECT_TRUE(output.model) << source::Render(output.diagnostics, output.sources, false);
+    return output.model ? model::SerializeModel(*output.model) : "";
+  };
+  const std::string plain = bytes("");
+  EXPECT_EQ(bytes(", normal=(1,0,0)"), plain);
+  EXPECT_EQ(bytes(", normal=(0.3,0,0)"), plain);
+  // These say something else.
+  EXPECT_NE(model::ModelHash(bytes(", normal=(-1,0,0)")), model::ModelHash(plain));
+  EXPECT_NE(model::ModelHash(bytes(", normal=(1,1e-6,0)")), model::ModelHash(plain));
 }
 
 TEST_F(DockingTurnTest, ATurnThatThePairDoesNotHaveListsThoseItHas) {

@@ -116,7 +116,7 @@ TEST(Models, WeighAndMeasureWhatIsPublished) {
   const Model ckbot = Load("ckbot");
   EXPECT_NEAR(ExtentOf(ckbot.module_types[0]), 0.060, 1e-12);
   const Model superbot = Load("superbot");
-  EXPECT_NEAR(mass(superbot.module_types[0]), 0.5, 1e-9);
+  EXPECT_NEAR(mass(superbot.module_types[0]), 0.718, 1e-9);
   EXPECT_NEAR(ExtentOf(superbot.module_types[0]), 2 * 0.084, 1e-9);
   const Model rofi = Load("rofi");
   EXPECT_NEAR(mass(rofi.module_types[0]), 2 * (0.201 + 0.089 + 3 * 0.02), 1e-9);
