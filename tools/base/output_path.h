@@ -65,6 +65,7 @@ inline constexpr OutputKind kDot = {"a graph for Graphviz", "graph \""};
 inline constexpr OutputKind kSvg = {"an SVG picture", kXml, "\n<svg "};
 inline constexpr OutputKind kPng = {"a PNG picture", "\x89PNG"};
 inline constexpr OutputKind kWebp = {"a WebP picture", "RIFF", "WEBP"};
+inline constexpr OutputKind kPdf = {"a PDF sheet", "%PDF-"};
 inline constexpr OutputKind kReport = {"an HTML report", "<!DOCTYPE html>"};
 inline constexpr OutputKind kSweepCsv = {"a table of a sweep", "row,"};
 inline constexpr OutputKind kSweepJson = {"the rows of a sweep", "[\n{\"row\":"};
