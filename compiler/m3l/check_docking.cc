@@ -277,10 +277,10 @@ class DockingChecker {
     if (is(*turn, 0.0)) return Add(choice, choice.options->front());
     // A turn other than 0 has a sign, so the outward normal must be known. Where only the line is
     // known, half turns still are unambiguous.
-    const std::optional<FaceNormal> normal = NormalOfA(choice);
+    const std::optional<model::FaceNormal> normal = NormalOfA(choice);
     if (!normal) return ReportNoNormal(choice, selector);
     for (const int option : *choice.options) {
-      const std::optional<DockingTurn> other = Turn(choice, *normal, option);
+      const std::optional<model::MatingTurn> other = Turn(choice, *normal, option);
       if (!other) continue;
       if (other->signed_ && is(other->degrees, *turn)) return Add(choice, option);
       // This option may be meant, but which of the two turns it is cannot be said.
@@ -318,7 +318,7 @@ class DockingChecker {
   }
 
   /// The outward normal of member a's connector, about which turns are counted.
-  std::optional<FaceNormal> NormalOfA(const Choice& choice) const {
+  std::optional<model::FaceNormal> NormalOfA(const Choice& choice) const {
     std::vector<const model::ConnectionOption*> options;
     for (const int option : *choice.options) {
       options.push_back(&Connection(choice.connection).options[option]);
@@ -327,22 +327,24 @@ class DockingChecker {
   }
 
   /// The turn from the default to option number `option`.
-  std::optional<DockingTurn> Turn(const Choice& choice, const FaceNormal& normal,
-                                  int option) const {
+  std::optional<model::MatingTurn> Turn(const Choice& choice, const model::FaceNormal& normal,
+                                        int option) const {
     const auto& options = Connection(choice.connection).options;
-    return TurnBetween(MemberA(choice), normal, options[choice.options->front()], options[option]);
+    return model::TurnBetween(MemberA(choice).type, MemberA(choice).extent_m, normal,
+                              options[choice.options->front()], options[option]);
   }
 
   /// "53 (the default), 54 (rot=-90), ..."
   std::string Listed(const Choice& choice) const {
-    const std::optional<FaceNormal> normal = NormalOfA(choice);
+    const std::optional<model::FaceNormal> normal = NormalOfA(choice);
     std::string list;
     for (size_t i = 0; i < choice.options->size(); ++i) {
       // Enough to choose from.
       if (i == kMaxListed) return list + ", ...";
       const int option = (*choice.options)[i];
       const auto& options = Connection(choice.connection).options;
-      const std::optional<DockingTurn> turn = normal ? Turn(choice, *normal, option) : std::nullopt;
+      const std::optional<model::MatingTurn> turn =
+          normal ? Turn(choice, *normal, option) : std::nullopt;
       list += fmt::format("{}{}", i ? ", " : "", options[option].number);
       if (i == 0) {
         list += " (the default)";

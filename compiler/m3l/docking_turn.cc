@@ -3,7 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
-#include <numbers>
 
 namespace morphbus::m3l::internal {
 namespace {
@@ -68,21 +67,11 @@ std::optional<Vector3d> PlaneNormal(const std::vector<Vector3d>& points, double 
   return Vector3d(principal.eigenvectors().col(0));
 }
 
-/// The turn of member b from one option to another, if it leaves member a's connector where it is.
-std::optional<Eigen::AngleAxisd> TurnOf(const CheckedModule& module,
-                                        const model::ConnectionOption& from,
-                                        const model::ConnectionOption& to) {
-  const Vector3d& p = module.type.connectors[from.connector_a].p_MoCo_M;
-  const model::Pose X_AA = to.X_AB * from.X_AB.inverse();
-  if ((X_AA * p - p).norm() > kTolerance * module.extent_m) return std::nullopt;
-  return Eigen::AngleAxisd(X_AA.rotation());
-}
-
 /// The axis of the first option that is a turn of the first one about the connector.
 std::optional<Vector3d> AxisOfTurns(const CheckedModule& module,
                                     const std::vector<const model::ConnectionOption*>& options) {
   for (const model::ConnectionOption* option : options) {
-    const std::optional<Eigen::AngleAxisd> turn = TurnOf(module, *options.front(), *option);
+    const auto turn = model::TurnOfOption(module.type, module.extent_m, *options.front(), *option);
     if (turn && turn->angle() > kTolerance) return turn->axis();
   }
   return std::nullopt;
@@ -90,12 +79,13 @@ std::optional<Vector3d> AxisOfTurns(const CheckedModule& module,
 
 }  // namespace
 
-std::optional<FaceNormal> NormalOf(const CheckedModule& module, int index,
-                                   const std::vector<const model::ConnectionOption*>& options) {
+std::optional<model::FaceNormal> NormalOf(
+    const CheckedModule& module, int index,
+    const std::vector<const model::ConnectionOption*>& options) {
   const model::Connector& connector = module.type.connectors[index];
   // What the source declares goes before all guesses.
   const auto declared = connector.normals.find("");
-  if (declared != connector.normals.end()) return FaceNormal{declared->second, true};
+  if (declared != connector.normals.end()) return model::FaceNormal{declared->second, true};
   // Next come the plane of the sub-points, with the centre if they need it, and the axis of the
   // turns.
   std::vector<Vector3d> face = connector.subpoints;
@@ -116,25 +106,9 @@ std::optional<FaceNormal> NormalOf(const CheckedModule& module, int index,
   for (const Vector3d& p : inner) {
     const double height = line->dot(connector.p_MoCo_M - p);
     if (std::abs(height) <= kTolerance * module.extent_m) continue;
-    return FaceNormal{height > 0.0 ? *line : Vector3d(-*line), true};
+    return model::FaceNormal{height > 0.0 ? *line : Vector3d(-*line), true};
   }
-  return FaceNormal{*line, false};
-}
-
-std::optional<DockingTurn> TurnBetween(const CheckedModule& module_a, const FaceNormal& normal,
-                                       const model::ConnectionOption& from,
-                                       const model::ConnectionOption& to) {
-  const std::optional<Eigen::AngleAxisd> turn = TurnOf(module_a, from, to);
-  if (!turn) return std::nullopt;
-  if (turn->angle() < 1e-9) return DockingTurn{};
-  // A turn about another axis is no turn that `rot=` could name.
-  if (turn->axis().cross(normal.direction).norm() > kTolerance) return std::nullopt;
-  double degrees = turn->angle() * 180.0 / std::numbers::pi;
-  if (turn->axis().dot(normal.direction) < 0.0) degrees = -degrees;
-  // Rounded to a micro-degree, so that quarter turns read as such; half a turn is told as +180.
-  degrees = std::remainder(std::round(degrees * 1e6) / 1e6, 360.0);
-  if (std::abs(degrees) == 180.0) return DockingTurn{180.0, true};
-  return DockingTurn{degrees, normal.outward};
+  return model::FaceNormal{*line, false};
 }
 
 }  // namespace morphbus::m3l::internal

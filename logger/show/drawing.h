@@ -25,6 +25,11 @@ enum class View {
   kFront,  ///< In the north, looking south: east to the left, up above.
   /// North-east of the robot and above it, looking down at it: height and both directions are seen.
   kThreeQuarter,
+  // The same from the three other corners above, and from the corner that is opposite to it, below.
+  kFromNorthWest,
+  kFromSouthWest,
+  kFromSouthEast,
+  kFromBelow,  ///< South-west of the robot and below it.
 };
 
 /// One body of a picture: a link of a module, or a part of one.
@@ -59,9 +64,19 @@ struct LegendEntry {
 
 /// A dot with a short text, drawn over everything: where something is that a reader shall find.
 struct SceneMark {
+  /// How much it stands out: a dot; a ring, of what something hides; the text alone.
+  enum class Kind { kDot, kRing, kText };
   std::string text;
   /// Where it is (m, in W).
   Eigen::Vector3d p_W;
+  Color color = {0.81, 0.13, 0.18};
+  Kind kind = Kind::kDot;
+};
+
+/// A dashed line over everything, below marks: from where something is to where it goes.
+struct SceneLine {
+  /// Its ends (m, in W).
+  Eigen::Vector3d p_W, q_W;
   Color color = {0.81, 0.13, 0.18};
 };
 
@@ -73,6 +88,7 @@ struct Scene {
   /// 100 mm.
   bool ground = true;
   std::vector<SceneMark> marks = {};
+  std::vector<SceneLine> lines = {};
 };
 
 /// One view of one scene, with a line of text above it.
@@ -82,6 +98,8 @@ struct Panel {
   std::string title;
   /// What of the picture plane is shown, (u, v) in metres; none for what the scene needs.
   std::optional<Eigen::AlignedBox2d> extent = {};
+  /// Whether arrows say where north, up and east are.
+  bool compass = true;
 };
 
 /// A picture: panels in rows of `columns`, all at the same scale, with a title above and a legend

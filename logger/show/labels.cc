@@ -91,22 +91,8 @@ class OwnerGrid {
     Eigen::AlignedBox2d box;
     for (const Eigen::Vector2d& p : face.outline) box.extend(p);
     ForCells(CellsOf(box), [&](int column, int row) {
-      if (Contains(face, Middle(column, row))) owners_[row * columns_ + column] = face.owner;
+      if (Covers(face, Middle(column, row))) owners_[row * columns_ + column] = face.owner;
     });
-  }
-
-  /// Whether a point lies on one side of all edges.
-  static bool Contains(const VisibleFace& face, const Eigen::Vector2d& p) {
-    bool left = false;
-    bool right = false;
-    for (size_t i = 0; i < face.outline.size(); ++i) {
-      const Eigen::Vector2d& a = face.outline[i];
-      const Eigen::Vector2d edge = face.outline[(i + 1) % face.outline.size()] - a;
-      const double cross = edge.x() * (p.y() - a.y()) - edge.y() * (p.x() - a.x());
-      left = left || cross > 0;
-      right = right || cross < 0;
-    }
-    return !(left && right);
   }
 
   LabelPlane plane_;

@@ -273,8 +273,23 @@ Projection::Projection(View view) {
       break;
     case View::kThreeQuarter:
       towards = Eigen::Vector3d(0.55, 0.55, 0.8).normalized();
-      right = Eigen::Vector3d::UnitY().cross(towards).normalized();
       break;
+    case View::kFromNorthWest:
+      towards = Eigen::Vector3d(0.55, 0.55, -0.8).normalized();
+      break;
+    case View::kFromSouthWest:
+      towards = Eigen::Vector3d(-0.55, 0.55, -0.8).normalized();
+      break;
+    case View::kFromSouthEast:
+      towards = Eigen::Vector3d(-0.55, 0.55, 0.8).normalized();
+      break;
+    case View::kFromBelow:
+      towards = Eigen::Vector3d(-0.55, -0.55, -0.8).normalized();
+      break;
+  }
+  // From a corner up stays up, and the level direction at right angles to the view is to the right.
+  if (view >= View::kThreeQuarter) {
+    right = Eigen::Vector3d::UnitY().cross(towards).normalized();
   }
   // The rows are the axes of the view in W: right, up, and towards the viewer, which is depth.
   R_.row(0) = right;
@@ -306,6 +321,28 @@ std::vector<VisibleFace> VisibleFaces(const Scene& scene, const Projection& proj
     faces.insert(faces.end(), hulls[i].faces.begin(), hulls[i].faces.end());
   }
   return faces;
+}
+
+bool Covers(const VisibleFace& face, const Eigen::Vector2d& p) {
+  // Faces are convex: the point lies on one side of all edges.
+  bool left = false;
+  bool right = false;
+  for (size_t i = 0; i < face.outline.size(); ++i) {
+    const Eigen::Vector2d& a = face.outline[i];
+    const Eigen::Vector2d edge = face.outline[(i + 1) % face.outline.size()] - a;
+    const double cross = edge.x() * (p.y() - a.y()) - edge.y() * (p.x() - a.x());
+    left = left || cross > 0;
+    right = right || cross < 0;
+  }
+  return !(left && right);
+}
+
+std::optional<int> OwnerAt(const std::vector<VisibleFace>& faces, const Eigen::Vector2d& p) {
+  // What is painted last is seen.
+  for (auto face = faces.rbegin(); face != faces.rend(); ++face) {
+    if (Covers(*face, p)) return face->owner;
+  }
+  return std::nullopt;
 }
 
 }  // namespace morphbus::logger

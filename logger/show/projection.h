@@ -3,6 +3,7 @@
 // View coordinates V are (u, v, depth), metres.
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "logger/show/drawing.h"
@@ -53,5 +54,10 @@ struct VisibleFace {
 /// lies wholly within another one is left out. Hulls that cover each other in a ring cannot be
 /// ordered, and are painted by depth.
 std::vector<VisibleFace> VisibleFaces(const Scene& scene, const Projection& projection);
+
+/// Whether a point of the picture plane (m) lies in a face.
+bool Covers(const VisibleFace& face, const Eigen::Vector2d& p);
+/// SceneHull::owner of what is seen at a point of the picture plane (m); nothing where no body is.
+std::optional<int> OwnerAt(const std::vector<VisibleFace>& faces, const Eigen::Vector2d& p);
 
 }  // namespace morphbus::logger

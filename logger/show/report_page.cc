@@ -28,13 +28,13 @@ PlotPoints Over(const ScalarTrack& track, double scale) {
   return points;
 }
 
-void ReportPage::Begin(const std::string& title, const std::string& heading) {
+void ReportPage::Begin(const std::string& title, const std::string& heading, const char* style) {
   // The style stands in the page itself, which is one file that can be sent to anybody.
   html_ = fmt::format(
       "<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
       "<meta name='viewport' content='width=device-width, initial-scale=1'>"
-      "<title>{}</title><style>{}</style></head><body><main><h1>{}</h1>",
-      EscapeHtml(title), kReportStyle, EscapeHtml(heading));
+      "<title>{}</title><style>{}{}</style></head><body><main><h1>{}</h1>",
+      EscapeHtml(title), kReportStyle, style, EscapeHtml(heading));
 }
 
 std::string ReportPage::End() {

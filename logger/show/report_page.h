@@ -26,8 +26,8 @@ PlotPoints Over(const ScalarTrack& track, double scale);
 /// A page that is built piece by piece, from top to bottom: each function appends to html_.
 class ReportPage {
  protected:
-  /// Everything up to the heading; both are text.
-  void Begin(const std::string& title, const std::string& heading);
+  /// Everything up to the heading; both are text. `style` follows the style of all pages.
+  void Begin(const std::string& title, const std::string& heading, const char* style = "");
   /// Closes the page, and hands it out.
   std::string End();
   /// A line of a list of facts; one without a value is left out, as of a log without a description.

@@ -117,14 +117,15 @@ std::string RoleKeyHtml(const RoleColors& colors, const std::vector<std::string>
 
 std::string PictureHtml(Drawing drawing, const std::string& alt) {
   // Both pictures are in the page, and the browser shows the one of its own scheme: there is no
-  // script to draw anew.
+  // script to draw anew. Paper is light in any case.
   drawing.dark = false;
   const Result<std::string> light = RenderPicture(drawing, "picture.png");
   drawing.dark = true;
   const Result<std::string> dark = RenderPicture(drawing, "picture.png");
   if (!light || !dark) return "";
   return fmt::format(
-      "<picture><source media='(prefers-color-scheme:dark)' srcset='data:image/png;base64,{}'>"
+      "<picture><source media='screen and (prefers-color-scheme:dark)' "
+      "srcset='data:image/png;base64,{}'>"
       "<img alt='{}' src='data:image/png;base64,{}'></picture>",
       Base64(*dark), EscapeHtml(alt), Base64(*light));
 }

@@ -421,7 +421,7 @@ class Cli(Case):
 
     def test_every_command_has_help_with_an_example(self):
         names = ['check', 'connections', 'fk', 'graph', 'equivalent', 'variants', 'roles',
-                 'compile', 'disasm', 'format', 'export', 'draw', 'new', 'lsp', 'run', 'sweep', 'optimise', 'benchmark', 'sim',
+                 'compile', 'disasm', 'format', 'export', 'draw', 'build', 'new', 'lsp', 'run', 'sweep', 'optimise', 'benchmark', 'sim',
                  'log', 'replay', 'spy', 'monitor', 'control', 'runs', 'doctor', 'compare', 'info', 'verify', 'repair', 'reproduce',
                  'report', 'convert', 'completion', 'man']
         for name in names:

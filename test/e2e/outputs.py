@@ -20,6 +20,8 @@ class Outputs(Case):
             (('compile', PROGRAM, '--model', MODEL, '-o'), 'x.image'),
             (('draw', MODEL, *ROBOT, '-o'), 'x.svg'),
             (('draw', MODEL, *ROBOT, '-o'), 'x.png'),
+            (('build', MODEL, *ROBOT, '-o'), 'x.pdf'),
+            (('build', MODEL, *ROBOT, '-o'), 'sheet.html'),
             (('graph', MODEL, *ROBOT, '--dot'), 'graph.dot'),
             (('variants', MODEL, *ROBOT, '--max', 1, '-o'), 'variants.m3l'),
             (('compare', log, log, '--report'), 'report.html'),
@@ -52,7 +54,7 @@ class Outputs(Case):
         for arguments, name in self.outputs():
             morphbus(*arguments, self.folder / name)
             written.append((arguments, self.folder / name, (self.folder / name).read_bytes()))
-        alike = {'x.dot', 'graph.dot'}, {'run.log', 'sound.log', 'walk.log'}
+        alike = {'x.dot', 'graph.dot'}, {'sheet.html', 'report.html'}, {'run.log', 'sound.log', 'walk.log'}
         for i, (arguments, output, _) in enumerate(written):
             for _, other, content in (written * 2)[i + 1:i + 4]:
                 if any({output.name, other.name} <= names for names in alike):

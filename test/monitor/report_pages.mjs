@@ -1,4 +1,4 @@
-// The pages of `report` and `compare` in a browser: what is read, where it stands, and in which colours; and that a role has its
+// The pages of `report`, `compare` and `build` in a browser: what is read, where it stands, and in which colours; and that a role has its
 // colour in pictures and in the monitor, too.
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
@@ -33,6 +33,7 @@ before(async () => {
   execFileSync(MORPHBUS, ['report', log, '-o', file('report')], { stdio: ['ignore', 'ignore', 'inherit'] });
   const compared = spawnSync(MORPHBUS, ['compare', log, b, '--report', file('compare')], { encoding: 'utf8' });
   assert.equal(compared.status, 1, compared.stderr);
+  execFileSync(MORPHBUS, ['build', MODEL, '--robot', 'quadruped', '-o', file('build')], { stdio: ['ignore', 'ignore', 'inherit'] });
   early.log = join(demo.folder, 'early.log');
   const short = ['--run', 'early', '--seconds', '0.3', '--inproc', '--log', early.log];
   early.roles = Object.values(demo.json('run', MODEL, PROGRAM, '--robot', 'quadruped', ...short).roles).filter((role) => role);
@@ -94,8 +95,8 @@ async function reportKey() {
   return key;
 }
 
-describe('pages of report and compare', () => {
-  for (const name of ['report', 'compare']) {
+describe('pages of report, compare and build', () => {
+  for (const name of ['report', 'compare', 'build']) {
     test(`${name} has no number with an exponent`, async () => {
       const page = await open(name);
       const text = await page.evaluate(() => document.body.innerText + [...document.querySelectorAll('svg text')].map((t) => t.textContent));
@@ -122,6 +123,17 @@ describe('pages of report and compare', () => {
           await page.close();
         });
   }
+
+  test('a sheet is light on paper, whatever the screen is', async () => {
+    const page = await open('build', 1280, 'dark');
+    await page.emulateMedia({ media: 'print', colorScheme: 'dark' });
+    assert.deepEqual(partsOf(await page.evaluate(() => getComputedStyle(document.body).backgroundColor)).slice(0, 3), [255, 255, 255]);
+    const letters = await page.evaluate(() => getComputedStyle(document.body).color);
+    assert.ok(contrast(letters, '#ffffff') >= READABLE, letters);
+    const picture = await pixelsOf(page, 'figure img >> nth=0');
+    assert.ok(contrast(letters, `rgb(${[...picture.at(3, 3)]})`) >= READABLE);
+    await page.close();
+  });
 
   test('the largest difference can be read', async () => {
     const page = await open('compare');

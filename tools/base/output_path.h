@@ -68,6 +68,7 @@ inline constexpr OutputKind kWebp = {"a WebP picture", "RIFF", "WEBP"};
 // An MP4 begins with the length of its first part, which is below 256 bytes.
 inline constexpr OutputKind kMp4 = {"an MP4 video", {"\0\0\0", 3}, "ftyp", true};
 inline constexpr OutputKind kGif = {"a GIF picture", "GIF8"};
+inline constexpr OutputKind kPdf = {"a PDF sheet", "%PDF-"};
 inline constexpr OutputKind kReport = {"an HTML report", "<!DOCTYPE html>"};
 inline constexpr OutputKind kSweepCsv = {"a table of a sweep", "row,"};
 inline constexpr OutputKind kSweepJson = {"the rows of a sweep", "[\n{\"row\":"};

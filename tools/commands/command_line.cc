@@ -64,12 +64,13 @@ int RunCommandLine(int argc, const char* const* argv) {
   // Each function adds one subcommand. The help lists them in this order: models and programs,
   // running robots, logs.
   for (const auto add :
-       {AddCheck,   AddConnections, AddFk,     AddGraph,   AddEquivalent, AddVariants,
-        AddRoles,   AddCompile,     AddDisasm, AddExport,  AddFormat,     AddDraw,
-        AddNew,     AddLsp,         AddRun,    AddSweep,   AddOptimise,   AddBenchmark,
-        AddSim,     AddModule,      AddLog,    AddReplay,  AddSpy,        AddMonitor,
-        AddControl, AddRuns,        AddDoctor, AddCompare, AddInfo,       AddVerify,
-        AddRepair,  AddReproduce,   AddReport, AddConvert, AddCompletion, AddManual}) {
+       {AddCheck,     AddConnections, AddFk,        AddGraph,  AddEquivalent, AddVariants,
+        AddRoles,     AddCompile,     AddDisasm,    AddExport, AddFormat,     AddDraw,
+        AddBuild,     AddNew,         AddLsp,       AddRun,    AddSweep,      AddOptimise,
+        AddBenchmark, AddSim,         AddModule,    AddLog,    AddReplay,     AddSpy,
+        AddMonitor,   AddControl,     AddRuns,      AddDoctor, AddCompare,    AddInfo,
+        AddVerify,    AddRepair,      AddReproduce, AddReport, AddConvert,    AddCompletion,
+        AddManual}) {
     add(&line);
   }
   if (const std::optional<int> status = line.Parse(argc, argv)) return WithResultWritten(*status);

@@ -37,6 +37,8 @@ void AddExport(CommandLine* line);
 void AddFormat(CommandLine* line);
 /// `draw` writes a picture of a robot, from its model or from a log.
 void AddDraw(CommandLine* line);
+/// `build` writes a sheet with which a person puts a real robot together.
+void AddBuild(CommandLine* line);
 
 /// `new` writes files to begin with: a module type, a program, a project.
 void AddNew(CommandLine* line);
