@@ -164,7 +164,7 @@ void LeaveOutImpliedNormals(CheckedModule& module) {
     if (written == connector.normals.end()) continue;
     const Eigen::Vector3d direction = written->second;
     connector.normals.erase(written);
-    const std::optional<FaceNormal> implied = NormalOf(module, i, {});
+    const std::optional<model::FaceNormal> implied = NormalOf(module, i, {});
     bool same = implied && implied->outward && (implied->direction - direction).norm() < kSame;
     if (same) {
       // Exports find the way out from the centre of mass, which must not lead elsewhere.

@@ -15,12 +15,11 @@
 namespace morphbus::logger {
 namespace {
 
-/// Measures of the page in pixels: the border, heights of texts, and the size of normal type.
+/// Measures of the page in pixels: the border, and heights of texts.
 constexpr double kMargin = 16;
 constexpr double kTitleHeight = 34;
 constexpr double kPanelTitleHeight = 22;
 constexpr double kLegendHeight = 24;
-constexpr double kFontSize = 12;
 
 /// Where everything goes on the page, in pixels.
 struct Layout {
@@ -88,7 +87,7 @@ void DrawLegend(cairo_t* cr, const Drawing& drawing, const Layout& layout) {
     paint::SetColor(cr, drawing.legend[i].color);
     cairo_rectangle(cr, x, y, 14, 14);
     cairo_fill(cr);
-    paint::Text(cr, x + 20, y + 11.5, drawing.legend[i].text, kFontSize, paint::Align::kLeft, false,
+    paint::Text(cr, x + 20, y + 11.5, drawing.legend[i].text, paint::kFontSize, paint::Align::kLeft, false,
                 paint::ThemeOf(drawing).ink);
   }
 }

@@ -11,6 +11,9 @@
 
 namespace morphbus::logger::paint {
 
+/// The size of normal type in pixels.
+inline constexpr double kFontSize = 12;
+
 /// The colors of everything but bodies.
 struct Theme {
   Color page, panel;    ///< Grounds.

@@ -11,9 +11,6 @@
 namespace morphbus::logger::paint {
 namespace {
 
-/// The size of normal type in pixels.
-constexpr double kFontSize = 12;
-
 constexpr Theme kLight = {{1, 1, 1},
                           {0.975, 0.98, 0.985},
                           {0.13, 0.15, 0.19},
