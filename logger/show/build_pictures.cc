@@ -19,8 +19,11 @@ using LinkPoses = std::vector<std::vector<model::Pose>>;
 /// Width of a picture in units of a drawing: such that texts are neither small on paper nor large
 /// on a page.
 constexpr double kPictureWidth_px = 400;
-/// More modules than these are not drawn beside those that are put on.
-constexpr size_t kMostStanding = 40;
+/// More modules than these are not drawn beside those that are put on, for painting takes the
+/// square of their number: the nearest are enough to see where the new one goes.
+constexpr size_t kMostStanding = 12;
+/// A whole robot of more modules is drawn by its hulls, without names, which could not be read.
+constexpr size_t kMostDetailed = 60;
 /// How far off a module is drawn, as a part of its extent.
 constexpr double kDrawnOff = 0.45;
 /// What stands already is this much nearer to this grey.
@@ -347,8 +350,17 @@ SheetPicture PosePicture(const Assembly& assembly, const LinkPoses& X_RL, std::s
   SheetPicture picture;
   picture.words = std::move(words);
   picture.drawing.panel_width_px = kPictureWidth_px;
-  Scene scene =
-      SceneOf(assembly.model, assembly.robot, X_RL, PaletteColors(assembly.robot.modules.size()));
+  const size_t modules = assembly.robot.modules.size();
+  model::Model plain;
+  if (modules > kMostDetailed) {
+    plain.module_types = assembly.model.module_types;
+    for (model::ModuleType& type : plain.module_types) {
+      for (model::Link& link : type.links) link.visual.clear();
+    }
+  }
+  Scene scene = SceneOf(modules > kMostDetailed ? plain : assembly.model, assembly.robot, X_RL,
+                        PaletteColors(modules));
+  if (modules > kMostDetailed) scene.names.clear();
   picture.drawing.panels.push_back(PanelOfScene(std::move(scene), kViews[0]));
   return picture;
 }

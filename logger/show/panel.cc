@@ -11,6 +11,9 @@
 namespace morphbus::logger::paint {
 namespace {
 
+/// The size of a panel's title in pixels.
+constexpr double kTitleSize = 12;
+
 constexpr Theme kLight = {{1, 1, 1},
                           {0.975, 0.98, 0.985},
                           {0.13, 0.15, 0.19},
@@ -272,7 +275,7 @@ void DrawPanel(cairo_t* cr, const Panel& panel, const PanelMap& map) {
   cairo_set_line_width(cr, 1);
   cairo_rectangle(cr, map.x + 0.5, map.y + 0.5, map.width - 1, map.height - 1);
   cairo_stroke(cr);
-  Text(cr, map.x + 2, map.y - 7, panel.title, kFontSize, Align::kLeft, true, map.theme->ink);
+  Text(cr, map.x + 2, map.y - 7, panel.title, kTitleSize, Align::kLeft, true, map.theme->ink);
 }
 
 }  // namespace morphbus::logger::paint

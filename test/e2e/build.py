@@ -136,19 +136,20 @@ class Build(Case):
 
     def test_many_modules_have_a_sheet_of_bounded_size(self):
         path = self.row(300)
-        answer = as_json('build', path, '-o', self.folder / 'row.pdf')
+        answer = as_json('build', path, '--robot', 'row', '-o', self.folder / 'row.pdf')
         self.assertEqual(len(answer['steps']), 300)
         self.assertEqual(answer['steps'][-1]['step'], 60)
         self.assertLess((self.folder / 'row.pdf').stat().st_size, 20e6)
-        self.assertIn('1001 modules; a sheet is made for 1000 at most', morphbus('build', self.row(1001), '--json', status=2).stderr)
+        said = morphbus('build', self.row(1001), '--robot', 'row', '--json', status=2).stderr
+        self.assertIn('1001 modules; a sheet is made for 1000 at most', said)
 
     def test_an_interrupted_one_leaves_nothing(self):
         path = self.row(300)
         before = set(os.listdir(self.folder))
         master, slave = pty.openpty()
         self.addCleanup(os.close, master)
-        process = subprocess.Popen(command('build', path, '-o', self.folder / 'row.html'), stdout=subprocess.DEVNULL, stderr=slave,
-                                   env={**os.environ, 'TERM': 'xterm'})
+        build = command('build', path, '--robot', 'row', '-o', self.folder / 'row.html')
+        process = subprocess.Popen(build, stdout=subprocess.DEVNULL, stderr=slave, env={**os.environ, 'TERM': 'xterm'})
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
         os.close(slave)
