@@ -1,6 +1,7 @@
 #include "bridge/outward/client_session.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -33,6 +34,16 @@ uint32_t ReadU32(std::string_view bytes, size_t at) {
     value |= static_cast<uint32_t>(static_cast<uint8_t>(bytes[at + i])) << (8 * i);
   }
   return value;
+}
+
+/// The same of eight bytes.
+uint64_t ReadU64(std::string_view bytes, size_t at) {
+  return ReadU32(bytes, at) | static_cast<uint64_t>(ReadU32(bytes, at + 4)) << 32;
+}
+
+/// A time as the protocol writes it into JSON.
+ordered_json TimeJson(int64_t time_ns) {
+  return {{"sec", time_ns / 1'000'000'000}, {"nsec", time_ns % 1'000'000'000}};
 }
 
 /// A whole number of 32 bits; nothing if the JSON is anything else.
@@ -70,8 +81,9 @@ std::string Quote(const std::string& text) {
 
 }  // namespace
 
-ClientSession::ClientSession(uint64_t id, bool may_control, const Catalogue& catalogue)
-    : id_(id), may_control_(may_control), catalogue_(catalogue) {
+ClientSession::ClientSession(uint64_t id, bool may_control, const Catalogue& catalogue,
+                             bool knows_playback)
+    : id_(id), may_control_(may_control), knows_playback_(knows_playback), catalogue_(catalogue) {
   // Channels are known by their place in the catalogue, as in all lists below.
   subscriptions_.resize(catalogue.channels.size());
   last_.resize(catalogue.channels.size());
@@ -79,12 +91,18 @@ ClientSession::ClientSession(uint64_t id, bool may_control, const Catalogue& cat
   // Who we are, and whether this client may control anything.
   ordered_json metadata = catalogue.metadata;
   metadata["control"] = may_control ? "yes" : "no";
-  Answer({{"op", "serverInfo"},
-          {"name", catalogue.name},
-          {"capabilities", {"parameters", "parametersSubscribe", "services", "time"}},
-          {"supportedEncodings", {"json"}},
-          {"metadata", metadata},
-          {"sessionId", catalogue.session_id}});
+  ordered_json info = {{"op", "serverInfo"},
+                       {"name", catalogue.name},
+                       {"capabilities", {"parameters", "parametersSubscribe", "services", "time"}},
+                       {"supportedEncodings", {"json"}},
+                       {"metadata", metadata},
+                       {"sessionId", catalogue.session_id}};
+  if (catalogue.playback_ns) {
+    info["capabilities"].push_back("playbackControl");
+    info["dataStartTime"] = TimeJson(catalogue.playback_ns->first);
+    info["dataEndTime"] = TimeJson(catalogue.playback_ns->second);
+  }
+  Answer(info);
   // Each channel brings its whole schema, so that the client needs nothing else.
   ordered_json channels = ordered_json::array();
   for (size_t c = 0; c < catalogue.channels.size(); ++c) {
@@ -365,11 +383,66 @@ void ClientSession::AnswerSet(const std::string& name, const std::string& set_id
 }
 
 void ClientSession::TakeBinary(std::string_view bytes, std::vector<ClientRequest>* requests) {
-  constexpr size_t kHead = 13;  // Kind, service, call, size of the encoding's name.
-  constexpr char kServiceCall = 2;
-  if (bytes.size() < kHead || bytes[0] != kServiceCall) {
-    return SendStatus(2, "the binary message is none that this server takes");
+  constexpr char kServiceCall = 2, kPlaybackControl = 3;
+  if (bytes.starts_with(kServiceCall)) return Call(bytes, requests);
+  if (bytes.starts_with(kPlaybackControl)) return RequestPlayback(bytes, requests);
+  SendStatus(2, "the binary message is none that this server takes");
+}
+
+// The layout is that of PlaybackControlRequest in Foxglove's SDK (rust/foxglove/src/protocol).
+void ClientSession::RequestPlayback(std::string_view bytes, std::vector<ClientRequest>* requests) {
+  constexpr size_t kHead = 19;  // Kind, command, speed, whether to seek, time, size of the id.
+  constexpr size_t kMostIdBytes = 256;
+  if (!catalogue_.playback_ns) return SendStatus(2, "only logs can be played");
+  const uint32_t id_size = bytes.size() < kHead ? UINT32_MAX : ReadU32(bytes, 15);
+  if (id_size > kMostIdBytes || id_size > bytes.size() - kHead) {
+    return SendStatus(2, "the request for playback is cut, or its id has more than 256 bytes");
   }
+  const auto command = static_cast<uint8_t>(bytes[1]);
+  ClientRequest request;
+  request.speed = std::bit_cast<float>(ReadU32(bytes, 2));
+  if (command > 1 || !std::isfinite(request.speed) || request.speed <= 0) {
+    return SendStatus(2, "playback takes the commands 0 (play) and 1 (pause), and a speed above 0");
+  }
+  request.kind = ClientRequest::Kind::kPlayback;
+  request.client = id_;
+  request.may_control = may_control_;
+  request.playing = command == 0;
+  if (bytes[6] != 0) {
+    request.seek_ns = static_cast<int64_t>(std::min<uint64_t>(ReadU64(bytes, 7), INT64_MAX));
+  }
+  request.playback_id = bytes.substr(kHead, id_size);
+  knows_playback_ = true;
+  if (++calls_ > kMostCalls) {
+    --calls_;
+    return SendStatus(2, "too many requests are under way");
+  }
+  requests->push_back(std::move(request));
+}
+
+// The layout is that of PlaybackState in Foxglove's SDK.
+void ClientSession::SendPlayback(const PlaybackState& state) {
+  if (!state.request.empty() && calls_ > 0) --calls_;
+  if (!knows_playback_) return;
+  OutgoingFrame head;
+  head.binary = true;
+  Put(uint8_t{5}, &head);
+  Put(static_cast<uint8_t>(state.status), &head);
+  Put(static_cast<uint64_t>(state.time_ns), &head);
+  std::string body;
+  const auto add = [&](uint32_t value) {
+    for (int i = 0; i < 4; ++i) body += static_cast<char>(value >> (8 * i));
+  };
+  add(std::bit_cast<uint32_t>(state.speed));
+  body += static_cast<char>(state.did_seek ? 1 : 0);
+  add(static_cast<uint32_t>(state.request.size()));
+  head.body = std::make_shared<const std::string>(body + state.request);
+  Answer(std::move(head));
+}
+
+void ClientSession::Call(std::string_view bytes, std::vector<ClientRequest>* requests) {
+  constexpr size_t kHead = 13;  // Kind, service, call, size of the encoding's name.
+  if (bytes.size() < kHead) return SendStatus(2, "the call of a service is cut");
   const uint32_t service = ReadU32(bytes, 1), call = ReadU32(bytes, 5);
   const uint32_t encoding_size = ReadU32(bytes, 9);
   ++calls_;  // Undone by the answer or the refusal, of which every call gets one.

@@ -12,6 +12,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace morphbus::bridge {
@@ -31,6 +32,18 @@ struct Catalogue {
   std::map<std::string, std::string> metadata;  ///< For serverInfo.
   std::vector<AdvertisedChannel> channels;
   std::vector<std::string> services;  ///< Names; ids are places, from 1. Requests are JSON.
+  /// Begin and end of what is played, ns of sim time; nothing where that goes on and cannot be.
+  std::optional<std::pair<int64_t, int64_t>> playback_ns;
+};
+
+/// How far the server's playback is, as clients are told (PlaybackState of the protocol).
+struct PlaybackState {
+  enum class Status : uint8_t { kPlaying = 0, kPaused = 1, kBuffering = 2, kEnded = 3 };
+  Status status = Status::kPaused;
+  int64_t time_ns = 0;    ///< Sim time.
+  float speed = 1;        ///< Times real time.
+  bool did_seek = false;  ///< Whether it leapt to this time.
+  std::string request;    ///< The id of the request that it answers; empty without one.
 };
 
 /// Something that a client wants and that somebody else must do.
@@ -40,6 +53,7 @@ struct ClientRequest {
     kDisconnected,  ///< It is gone.
     kCall,          ///< It calls a service.
     kSet,           ///< It sets a parameter.
+    kPlayback,      ///< It asks for another playback; SendPlayback answers.
   };
   Kind kind = Kind::kConnected;
   uint64_t client = 0;
@@ -49,6 +63,11 @@ struct ClientRequest {
   std::string name;      ///< kCall: of the service; kSet: of the parameter.
   nlohmann::json value;  ///< kCall: the request, an object; kSet: the value.
   std::string set_id;    ///< kSet: by which the client knows the answer; often empty.
+  // kPlayback: what shall be.
+  bool playing = false;
+  double speed = 1;                ///< Times real time; finite, above 0.
+  std::optional<int64_t> seek_ns;  ///< Sim time to go to first.
+  std::string playback_id;         ///< By which the client knows the answer.
 };
 
 /// What is to be sent next: a frame of one or two parts.
@@ -70,7 +89,9 @@ class ClientSession {
   static constexpr size_t kMostCalls = 16;
 
   /// `catalogue` outlives the session. Greets the client: serverInfo, channels, services.
-  ClientSession(uint64_t id, bool may_control, const Catalogue& catalogue);
+  /// `knows_playback`: it understands playback states before it has asked for any.
+  ClientSession(uint64_t id, bool may_control, const Catalogue& catalogue,
+                bool knows_playback = false);
 
   /// A text or binary message of the client, any bytes. What others must do about it is added to
   /// `requests`.
@@ -92,6 +113,9 @@ class ClientSession {
   /// Answers a call, or says why not.
   void AnswerCall(uint32_t service, uint32_t call, const nlohmann::json& answer);
   void RefuseCall(uint32_t service, uint32_t call, const std::string& reason);
+  /// Tells the client how far its playback is, if it answers a request or the client knows such
+  /// messages.
+  void SendPlayback(const PlaybackState& state);
   /// Tells the client something: level 0 information, 1 warning, 2 error.
   void SendStatus(int level, const std::string& text);
 
@@ -117,6 +141,9 @@ class ClientSession {
   void GetParameters(const nlohmann::json& message);
   void SetParameters(const nlohmann::json& message, std::vector<ClientRequest>* requests);
   void SubscribeParameters(const nlohmann::json& message, bool subscribe);
+  void RequestPlayback(std::string_view bytes, std::vector<ClientRequest>* requests);
+  /// Calls a service.
+  void Call(std::string_view bytes, std::vector<ClientRequest>* requests);
   /// Sends parameters by name; all if there is no name.
   void SendParameters(const std::vector<std::string>& names, const std::string& id);
   /// Puts what answers the client into the queue: a frame, or a JSON message.
@@ -129,6 +156,7 @@ class ClientSession {
 
   uint64_t id_;
   bool may_control_;
+  bool knows_playback_;
   const Catalogue& catalogue_;
   /// By channel: the client's id of its subscription, if it has one.
   std::vector<std::optional<uint32_t>> subscriptions_;

@@ -127,7 +127,8 @@ class OutwardServer::Impl::Client : public std::enable_shared_from_this<Client> 
     // The request must live until it is answered.
     request_ = std::move(request);
     ws_.async_accept(
-        request_, [self = shared_from_this(), may_control = answer.has_token](error_code error) {
+        request_, [self = shared_from_this(), may_control = answer.has_token,
+                   knows_playback = answer.protocol == kSdkProtocol](error_code error) {
           if (error) return self->server_->hub_.Count("malformed");
           // Frames go out at once, and what the client does not read soon shows.
           error_code ignored;
@@ -135,7 +136,7 @@ class OutwardServer::Impl::Client : public std::enable_shared_from_this<Client> 
           socket.set_option(tcp::no_delay(true), ignored);
           socket.set_option(asio::socket_base::keep_alive(true), ignored);
           socket.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
-          self->id_ = self->server_->hub_.Enter(may_control);
+          self->id_ = self->server_->hub_.Enter(may_control, knows_playback);
           self->server_->clients_[self->id_] = self;
           self->Read();
           self->Write();

@@ -49,7 +49,8 @@ struct GateAnswer {
 };
 
 /// The subprotocols that the server speaks.
-inline constexpr std::string_view kSubprotocols[] = {"foxglove.websocket.v1", "foxglove.sdk.v1"};
+inline constexpr std::string_view kSdkProtocol = "foxglove.sdk.v1";
+inline constexpr std::string_view kSubprotocols[] = {"foxglove.websocket.v1", kSdkProtocol};
 
 /// Decides on a request. `policy` outlives the answer, which points into it.
 GateAnswer JudgeRequest(const RequestHead& head, const GatePolicy& policy);

@@ -11,7 +11,7 @@ void SessionHub::Start(Catalogue catalogue, std::function<void()> wake) {
   wake_ = std::move(wake);
 }
 
-uint64_t SessionHub::Enter(bool may_control) {
+uint64_t SessionHub::Enter(bool may_control, bool knows_playback) {
   const std::lock_guard lock(mutex_);
   ClientRequest connected;
   connected.may_control = may_control;
@@ -20,7 +20,8 @@ uint64_t SessionHub::Enter(bool may_control) {
   nlohmann::json counts = nlohmann::json::object();
   for (const auto& [kind, count] : refused_) counts[kind] = count;
   catalogue_.metadata["refused"] = counts.dump();
-  auto session = std::make_unique<ClientSession>(connected.client, may_control, catalogue_);
+  auto session =
+      std::make_unique<ClientSession>(connected.client, may_control, catalogue_, knows_playback);
   // What was said before it came: the last of each state, and all parameters.
   for (size_t c = 0; c < last_.size(); ++c) {
     if (last_[c].second != nullptr) session->Offer(c, last_[c].first, last_[c].second);
@@ -188,6 +189,10 @@ void SessionHub::AnswerCall(const ClientRequest& request, const nlohmann::json& 
 void SessionHub::RefuseCall(const ClientRequest& request, const std::string& reason) {
   WithSession(request.client,
               [&](ClientSession* s) { s->RefuseCall(request.service, request.call, reason); });
+}
+
+void SessionHub::SendPlayback(uint64_t client, const PlaybackState& state) {
+  WithSession(client, [&](ClientSession* s) { s->SendPlayback(state); });
 }
 
 void SessionHub::SendStatus(uint64_t client, int level, const std::string& text) {

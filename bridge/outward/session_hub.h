@@ -28,7 +28,8 @@ class SessionHub {
   // For who carries messages to and fro.
 
   /// A client is there; returns the number by which it is known.
-  uint64_t Enter(bool may_control);
+  /// `knows_playback`: it understands PlaybackState before it has asked for a playback.
+  uint64_t Enter(bool may_control, bool knows_playback);
   void Leave(uint64_t client);
   void TakeText(uint64_t client, std::string_view text);
   void TakeBinary(uint64_t client, std::string_view bytes);
@@ -58,11 +59,14 @@ class SessionHub {
   void SetParameterOf(uint64_t client, const std::string& name, const nlohmann::json& value);
 
   /// What clients want that somebody else must do, in order; waits up to `wait_ms` for the first.
-  /// Every kCall must be answered or refused, every kSet be followed by AnswerSet.
+  /// Every kCall must be answered or refused, every kSet be followed by AnswerSet, every kPlayback
+  /// by SendPlayback.
   std::vector<ClientRequest> TakeRequests(int wait_ms);
   void AnswerSet(const ClientRequest& request);
   void AnswerCall(const ClientRequest& request, const nlohmann::json& answer);
   void RefuseCall(const ClientRequest& request, const std::string& reason);
+  /// How far a client's playback is; answers a kPlayback whose id it has.
+  void SendPlayback(uint64_t client, const PlaybackState& state);
   void SendStatus(uint64_t client, int level, const std::string& text);
 
   /// What was refused so far, by kind; kinds that never occurred are left out.

@@ -202,6 +202,107 @@ TEST(ClientSession, CallsThatCannotBeServedFailWithAReason) {
   EXPECT_EQ(requests.size(), ClientSession::kMostCalls);
 }
 
+/// Bytes that are written as hexadecimal digits.
+std::string FromHex(const std::string& digits) {
+  std::string bytes;
+  for (size_t i = 0; i < digits.size(); i += 2) {
+    bytes += static_cast<char>(std::stoi(digits.substr(i, 2), nullptr, 16));
+  }
+  return bytes;
+}
+
+/// A request for playback as Foxglove's SDK encodes it, from the snapshots of its tests
+/// (rust/foxglove/src/protocol/v1/snapshots): the command, the speed 1, a seek, "some-id".
+std::string PlaybackRequest(const std::string& command, const std::string& seek) {
+  return FromHex("03" + command + "0000803f" + seek + "07000000736f6d652d6964");
+}
+constexpr const char* kNoSeek = "000000000000000000";
+
+/// A catalogue of a log of 60 s.
+Catalogue OfALog() {
+  Catalogue catalogue = TwoChannels();
+  catalogue.playback_ns = {0, 60'000'000'500};
+  return catalogue;
+}
+
+TEST(ClientSession, PlaybackIsOfferedForLogsAndAskedForAsFoxgloveDoes) {
+  const Catalogue catalogue = OfALog();
+  ClientSession session(1, false, catalogue);
+  const json info = Drain(&session).texts[0];
+  EXPECT_EQ(info["capabilities"].back(), "playbackControl");
+  EXPECT_EQ(info["dataStartTime"], json({{"sec", 0}, {"nsec", 0}}));
+  EXPECT_EQ(info["dataEndTime"], json({{"sec", 60}, {"nsec", 500}}));
+  std::vector<ClientRequest> requests;
+  session.TakeBinary(PlaybackRequest("00", kNoSeek), &requests);
+  session.TakeBinary(PlaybackRequest("01", "0115cd5b0700000000"), &requests);
+  ASSERT_EQ(requests.size(), 2u);
+  EXPECT_EQ(requests[0].kind, ClientRequest::Kind::kPlayback);
+  EXPECT_TRUE(requests[0].playing);
+  EXPECT_EQ(requests[0].speed, 1);
+  EXPECT_EQ(requests[0].seek_ns, std::nullopt);
+  EXPECT_EQ(requests[0].playback_id, "some-id");
+  EXPECT_FALSE(requests[1].playing);
+  EXPECT_EQ(requests[1].seek_ns, 123'456'789);
+}
+
+TEST(ClientSession, PlaybackStatesAreThoseOfFoxgloveAndGoToWhoKnowsThem) {
+  using Status = PlaybackState::Status;
+  const Catalogue catalogue = OfALog();
+  ClientSession session(1, false, catalogue);
+  Drain(&session);
+  // Whoever speaks the older protocol alone hears nothing before it asks.
+  session.SendPlayback({Status::kPlaying, 12345, 1, true, ""});
+  EXPECT_TRUE(Drain(&session).binary.empty());
+  std::vector<ClientRequest> requests;
+  session.TakeBinary(PlaybackRequest("00", kNoSeek), &requests);
+  session.SendPlayback({Status::kPlaying, 12345, 1, false, "i-am-a-request"});
+  session.SendPlayback({Status::kPlaying, 12345, 1, true, ""});
+  const Drained drained = Drain(&session);
+  ASSERT_EQ(drained.binary.size(), 2u);
+  const auto bytes = [&](size_t i) {
+    const OutgoingFrame& frame = drained.binary[i];
+    return std::string(frame.head.begin(), frame.head.begin() + frame.head_size) + *frame.body;
+  };
+  EXPECT_EQ(bytes(0), FromHex("0500"
+                              "3930000000000000"
+                              "0000803f"
+                              "00"
+                              "0e000000"
+                              "692d616d2d612d72657175657374"));
+  EXPECT_EQ(bytes(1), FromHex("050039300000000000000000803f0100000000"));
+  ClientSession newer(2, false, catalogue, true);
+  Drain(&newer);
+  newer.SendPlayback({Status::kEnded, 1, 1, false, ""});
+  EXPECT_EQ(Drain(&newer).binary.size(), 1u);
+}
+
+TEST(ClientSession, PlaybackThatCannotBeIsRefused) {
+  const Catalogue log = OfALog(), run = TwoChannels();
+  ClientSession session(1, true, log), live(2, true, run);
+  Drain(&session);
+  Drain(&live);
+  std::vector<ClientRequest> requests;
+  live.TakeBinary(PlaybackRequest("00", kNoSeek), &requests);
+  EXPECT_EQ(Drain(&live).texts.at(0)["op"], "status");
+  const std::string sound = PlaybackRequest("00", kNoSeek);
+  for (const std::string& wrong :
+       {PlaybackRequest("02", kNoSeek),                          // no such command
+        FromHex("03000000000000") + sound.substr(7),             // speed 0
+        FromHex("03000000c07f00") + sound.substr(7),             // speed not a number
+        sound.substr(0, 12), sound.substr(0, sound.size() - 1),  // cut
+        sound.substr(0, 15) + FromHex("ffffffff") + "some-id",   // an id longer than all of it
+        sound.substr(0, 15) + FromHex("01010000") + std::string(257, 'x')}) {
+    session.TakeBinary(wrong, &requests);
+    const Drained drained = Drain(&session);
+    ASSERT_EQ(drained.texts.size(), 1u);
+    EXPECT_EQ(drained.texts[0]["op"], "status");
+  }
+  EXPECT_TRUE(requests.empty());
+  // Of many at once only some are taken on.
+  for (int i = 0; i < 100; ++i) session.TakeBinary(sound, &requests);
+  EXPECT_EQ(requests.size(), ClientSession::kMostCalls);
+}
+
 TEST(ClientSession, WhatIsNoMessageIsAnsweredAndChangesNothing) {
   const Catalogue catalogue = TwoChannels();
   ClientSession session(1, true, catalogue);

@@ -104,6 +104,40 @@ class Playback(Walk):
         answer = second.until(lambda m: isinstance(m, dict) and m.get('id') == 'x')
         self.assertEqual(answer['parameters'][0]['value'], 0.5)
 
+    def test_foxglove_s_controls_play_pause_and_seek_each_client_by_itself(self):
+        monitor = Monitor(self, self.short)
+        client = WebSocket(monitor, query='', protocols='foxglove.sdk.v1').greet()
+        self.assertIn('playbackControl', client.info['capabilities'])
+        self.assertEqual(client.info['dataStartTime'], {'sec': 0, 'nsec': 0})
+        end_us = json.loads(client.info['metadata']['sources'])[0]['end_us']
+        self.assertEqual(client.info['dataEndTime'], {'sec': end_us // 1_000_000, 'nsec': end_us % 1_000_000 * 1000})
+        # It begins at the log's start, playing.
+        self.assertEqual(client.playback()['status'], 'playing')
+        state = client.play(1, 2, 1_000_000_000, 'stop there')
+        self.assertEqual(state, {'status': 'paused', 'time_ns': 1_000_000_000, 'speed': 2, 'did_seek': True, 'request': 'stop there'})
+        # The messages of that time have come, and those of later ones come with the next request.
+        client.subscribe('/walk/clock')
+        frame = client.until(lambda m: isinstance(m, bytes) and m[0] == 1)
+        self.assertEqual(struct.unpack_from('<Q', frame, 5)[0], 1_000_000_000)
+        state = client.play(0, 100)
+        self.assertEqual((state['status'], state['did_seek'], state['speed']), ('playing', False, 100))
+        times = []
+        while not times or times[-1] < end_us * 1000:
+            times.append(struct.unpack_from('<Q', client.until(lambda m: isinstance(m, bytes) and m[0] == 1), 5)[0])
+        self.assertEqual(times, [n * 20_000_000 for n in range(51, end_us // 20_000 + 1)])
+        state = client.playback()
+        self.assertEqual((state['status'], state['time_ns'], state['request']), ('ended', end_us * 1000, ''))
+        # Who speaks the older protocol is told once it has asked, and is where it was.
+        older = WebSocket(monitor).greet()
+        self.assertEqual(older.play(1, 1, 500_000_000)['time_ns'], 500_000_000)
+        self.assertEqual(older.call('/walk/speed', {'speed': 3})['speed'], 3)
+        self.assertIn('command', self.refused_playback(client))
+
+    def refused_playback(self, client):
+        """What is said to a client that asks for a playback which there is not."""
+        client.send(struct.pack('<BBfBQI', 3, 7, 1, 0, 0, 0), 2)
+        return client.op('status')['message']
+
     def test_two_logs_stand_side_by_side(self):
         monitor = Monitor(self, self.short, self.short)
         client = WebSocket(monitor).greet()

@@ -165,6 +165,21 @@ class WebSocket:
             return answer['message']
         return json.loads(answer[13 + struct.unpack_from('<I', answer, 9)[0]:])
 
+    def play(self, command, speed, seek_ns=None, request='1'):
+        """Asks for a playback as Foxglove's app does (PlaybackControlRequest of its SDK): 0 plays, 1 pauses. The answer."""
+        self.send(struct.pack('<BBfBQI', 3, command, speed, seek_ns is not None, seek_ns or 0, len(request)) + request.encode(), 2)
+        return self.playback(lambda state: state['request'] == request)
+
+    def playback(self, wanted=lambda state: True):
+        """The first PlaybackState of which `wanted` is true."""
+        while True:
+            frame = self.until(lambda m: isinstance(m, bytes) and m[0] == 5)
+            status, time_ns, speed, did_seek, size = struct.unpack_from('<BQfBI', frame, 1)
+            state = {'status': ('playing', 'paused', 'buffering', 'ended')[status], 'time_ns': time_ns, 'speed': speed,
+                     'did_seek': bool(did_seek), 'request': frame[19:19 + size].decode()}
+            if wanted(state):
+                return state
+
     def subscribe(self, *topics):
         self.send({'op': 'subscribe', 'subscriptions':
                    [{'id': self.channels[t], 'channelId': self.channels[t]} for t in topics]})

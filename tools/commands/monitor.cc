@@ -207,6 +207,12 @@ bridge::Catalogue CatalogueOf(const Sources& sources, const std::string& session
     }
   }
   catalogue.metadata["sources"] = JsonText(infos);
+  // Logs can be played; a run cannot. The server's times are those of the first source.
+  const bool logs = std::ranges::all_of(infos, [](const Json& i) { return i["kind"] == "log"; });
+  if (logs && !infos.empty()) {
+    const int64_t begin_us = infos[0]["begin_us"], end_us = infos[0]["end_us"];
+    catalogue.playback_ns = {begin_us * 1000, end_us * 1000};
+  }
   // Behind all of them: who answers to whom.
   if (Compared(sources).size() > 1) {
     const std::string schema = "morphbus.Pairs";
@@ -215,11 +221,12 @@ bridge::Catalogue CatalogueOf(const Sources& sources, const std::string& session
   return catalogue;
 }
 
-/// Hands a client's request to the source that its name begins with; that a client came or went is
-/// told to all.
+/// Hands a client's request to the source that its name begins with; that a client came or went,
+/// and how it wants to play, is told to all.
 void Route(const bridge::ClientRequest& request, const Sources& sources, bridge::SessionHub* hub) {
   using Kind = bridge::ClientRequest::Kind;
-  const bool to_all = request.kind == Kind::kConnected || request.kind == Kind::kDisconnected;
+  const bool to_all = request.kind == Kind::kConnected || request.kind == Kind::kDisconnected ||
+                      request.kind == Kind::kPlayback;
   for (const auto& source : sources) {
     const std::string prefix = "/" + source->name() + "/";
     if (to_all) {

@@ -125,10 +125,45 @@ bridge::OutwardSink LogSource::SinkOf(uint64_t client) {
   };
 }
 
+void LogSource::TellState(uint64_t client, const LogPlayer& player, bool did_seek,
+                          const std::string& request) {
+  // The protocol knows one playback, whose times are those of the server.
+  if (!tells_time_) return;
+  using Status = bridge::PlaybackState::Status;
+  bridge::PlaybackState state;
+  const bool at_end = player.time_us() >= index_->end_us;
+  state.status = player.playing() ? Status::kPlaying : at_end ? Status::kEnded : Status::kPaused;
+  state.time_ns = player.time_us() * 1000;
+  state.speed = static_cast<float>(player.speed());
+  state.did_seek = did_seek;
+  state.request = request;
+  server_->SendPlayback(client, state);
+}
+
+void LogSource::Control(const bridge::ClientRequest& request, Playback* playback) {
+  LogPlayer* player = playback->player.get();
+  const double now_s = timer_.seconds();
+  player->SetSpeed(std::min(request.speed, kFastest), now_s);
+  if (request.seek_ns) player->Seek(*request.seek_ns / 1000, now_s, SinkOf(request.client));
+  player->PlayUntil(index_->end_us);
+  player->Play(request.playing, now_s);
+  playback->told_playing = player->playing();
+  playback->told_speed = player->speed();
+  TellState(request.client, *player, request.seek_ns.has_value(), request.playback_id);
+  Tell(request.client, playback, true);
+}
+
 void LogSource::Tell(uint64_t client, Playback* playback, bool time_too) {
   // Other viewers than our page know parameters, and none of our services.
   server_->SetParameterOf(client, Parameter("speed"), playback->player->speed());
   server_->SetParameterOf(client, Parameter("paused"), !playback->player->playing());
+  const bool playing = playback->player->playing();
+  const double speed = playback->player->speed();
+  if (playing != playback->told_playing || speed != playback->told_speed) {
+    playback->told_playing = playing;
+    playback->told_speed = speed;
+    TellState(client, *playback->player, false, "");
+  }
   if (!time_too) return;
   playback->told_s = timer_.seconds();
   server_->SetParameterOf(client, Parameter("time"),
@@ -222,6 +257,11 @@ void LogSource::Take(const bridge::ClientRequest& request, const std::string& wh
   }
   // It has none if the file could not be opened for it.
   const auto found = playbacks_.find(request.client);
+  if (request.kind == Kind::kPlayback) {
+    if (found != playbacks_.end()) return Control(request, &found->second);
+    if (tells_time_) server_->SendStatus(request.client, 2, "the log cannot be read");
+    return;
+  }
   if (request.kind == Kind::kCall && IsRoleService(what)) return AskForRoles(request);
   if (request.kind == Kind::kCall) {
     if (found == playbacks_.end()) return server_->RefuseCall(request, "the log cannot be read");

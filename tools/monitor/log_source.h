@@ -42,9 +42,17 @@ class LogSource : public MonitorSource {
   struct Playback {
     std::unique_ptr<LogPlayer> player;
     double told_s = -1e9;  ///< When it was told the time.
+    // What it was told of playing and speed.
+    bool told_playing = false;
+    double told_speed = -1;
   };
   /// Sends what the converter makes to one client.
   [[nodiscard]] bridge::OutwardSink SinkOf(uint64_t client);
+  /// Does what a client's playback control asks for.
+  void Control(const bridge::ClientRequest& request, Playback* playback);
+  /// Tells a client how far its playback is, where this log's is the server's.
+  void TellState(uint64_t client, const LogPlayer& player, bool did_seek,
+                 const std::string& request);
   /// Tells a client where its playback is.
   void Tell(uint64_t client, Playback* playback, bool time_too);
   /// Does what a service's request says. Fails if it makes no sense.
