@@ -18,4 +18,10 @@ const std::vector<model::ConvexHull>& LinkSolids::Faces(int type, int link) {
   return entry->second;
 }
 
+const std::vector<LookMesh>& LinkSolids::Looks(int type, int link) {
+  const auto [entry, is_new] = looks_.try_emplace({type, link});
+  if (is_new) entry->second = LooksOf(model_, type, link);
+  return entry->second;
+}
+
 }  // namespace morphbus::emit

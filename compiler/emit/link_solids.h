@@ -1,20 +1,22 @@
 #pragma once
-// Masses and solid hulls of links, each worked out once: a robot has few kinds of links and may
-// have ten thousands of links.
+// Masses, solid hulls and looks of links, each worked out once: a robot has few kinds of links and
+// may have ten thousands of links.
 
 #include <Eigen/Core>
 #include <map>
 #include <utility>
 #include <vector>
 
+#include "compiler/emit/meshes.h"
 #include "compiler/model/convex_hull.h"
 #include "compiler/model/link_mass.h"
 #include "compiler/model/robot_model.h"
 
 namespace morphbus::emit {
 
-/// model::ComputeLinkMass and model::SolidParts of a model's links, remembered. The model must
-/// outlive it and stay as it is. Answers stay valid as long as it lives. Not for several threads.
+/// model::ComputeLinkMass, model::SolidParts and LooksOf of a model's links, remembered. The model
+/// must outlive it and stay as it is. Answers stay valid as long as it lives. Not for several
+/// threads.
 class LinkSolids {
  public:
   /// Works out nothing yet: each answer is found when it is first asked for.
@@ -29,6 +31,8 @@ class LinkSolids {
   /// The same parts with the faces between their corners, for formats that hold them:
   /// model::ComputeHull of each.
   const std::vector<model::ConvexHull>& Faces(int type, int link);
+  /// How the link looks: LooksOf.
+  const std::vector<LookMesh>& Looks(int type, int link);
 
  private:
   const model::Model& model_;
@@ -37,6 +41,7 @@ class LinkSolids {
   /// so that references to them stay good.
   std::map<std::pair<int, int>, std::vector<std::vector<Eigen::Vector3d>>> parts_;
   std::map<std::pair<int, int>, std::vector<model::ConvexHull>> faces_;
+  std::map<std::pair<int, int>, std::vector<LookMesh>> looks_;
 };
 
 }  // namespace morphbus::emit

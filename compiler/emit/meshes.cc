@@ -59,11 +59,11 @@ std::vector<std::string> MeshNames(const model::Model& model, const TreeLink& li
   return names;
 }
 
-std::vector<LookMesh> LooksOf(const model::Model& model, const TreeLink& link) {
+std::vector<LookMesh> LooksOf(const model::Model& model, int type_index, int link_index) {
   // Other programs take no mesh without a volume.
   constexpr double kPlate_m = 0.5e-3;
-  const model::ModuleType& type = model.module_types[link.type];
-  const model::Link& source = type.links[link.link];
+  const model::ModuleType& type = model.module_types[type_index];
+  const model::Link& source = type.links[link_index];
   std::vector<LookMesh> looks;
   for (const model::VisualPart& part : source.visual) {
     LookMesh& look = looks.emplace_back();
@@ -88,7 +88,8 @@ std::map<std::string, LookMesh> LooksOf(const model::Model& model, const RobotTr
   std::set<std::pair<int, int>> done;
   for (const TreeLink& link : tree.links) {
     if (!done.emplace(link.type, link.link).second) continue;
-    for (LookMesh& look : LooksOf(model, link)) looks.try_emplace(look.name, std::move(look));
+    for (LookMesh& look : LooksOf(model, link.type, link.link))
+      looks.try_emplace(look.name, std::move(look));
   }
   return looks;
 }

@@ -35,8 +35,9 @@ struct LookMesh {
 };
 
 /// How a link looks that does not look like its hull; none for one that does. Flat parts are
-/// thickened. Modules of one type share their meshes.
-std::vector<LookMesh> LooksOf(const model::Model& model, const TreeLink& link);
+/// thickened. Modules of one type share their meshes. `type` and `link` are indices of a module
+/// type and of a link in it.
+std::vector<LookMesh> LooksOf(const model::Model& model, int type, int link);
 
 /// Where the main file finds the mesh of a part of how a link looks.
 std::string LookAddress(const LookMesh& look, const MeshPlace& place);

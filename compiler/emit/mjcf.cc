@@ -77,7 +77,7 @@ class MjcfBodies {
       AppendMass(body.node, link, 1.0 / bodies_of[i]);
       const std::vector<std::string> meshes = MeshNames(model_, link);
       // What is only seen comes in the group that viewers show, and touches nothing.
-      const std::vector<LookMesh> looks = LooksOf(model_, link);
+      const std::vector<LookMesh>& looks = solids_.Looks(link.type, link.link);
       for (const LookMesh& look : looks) {
         pugi::xml_node geom = xml::Append(body.node, "geom",
                                           {{"type", "mesh"},

@@ -177,7 +177,7 @@ class SdfWriter {
       xml::AppendText(inertia, name, value);
     }
     // What is seen and what collides are the same convex parts, unless the link looks otherwise.
-    const std::vector<LookMesh> looks = LooksOf(model_, link);
+    const std::vector<LookMesh>& looks = solids_.Looks(link.type, link.link);
     for (size_t i = 0; i < looks.size(); ++i) {
       const pugi::xml_node part = xml::Append(
           node, "visual", {{"name", looks.size() == 1 ? "visual" : PartName("visual", i + 1)}});

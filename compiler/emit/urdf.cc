@@ -143,7 +143,7 @@ class UrdfWriter {
     const pugi::xml_node inertia = xml::Append(inertial, "inertia");
     for (const auto& [name, value] : InertiaEntries(mass.I_Lcm_L)) xml::Set(inertia, name, value);
     // What is seen and what collides are the same convex parts, unless the link looks otherwise.
-    const std::vector<LookMesh> looks = LooksOf(model_, link);
+    const std::vector<LookMesh>& looks = solids_.Looks(link.type, link.link);
     for (const LookMesh& look : looks) {
       const pugi::xml_node visual = xml::Append(node, "visual");
       xml::Append(xml::Append(visual, "geometry"), "mesh",

@@ -238,7 +238,7 @@ class WebotsWriter {
     const double hue = std::fmod(0.381966 * static_cast<double>(m), 1.0);
     const double shade = std::round(100 * hue) / 100;
     std::vector<std::string> names;
-    const std::vector<LookMesh> looks = LooksOf(model_, link);
+    const std::vector<LookMesh>& looks = solids_.Looks(link.type, link.link);
     const std::vector<model::ConvexHull>& parts = solids_.Faces(link.type, link.link);
     for (size_t i = 0; i < parts.size(); ++i) {
       if (parts[i].dimension < 3) continue;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -27,8 +28,10 @@ struct PaintedHull {
   Eigen::AlignedBox2d box;
   /// Mean depth of the corners.
   double depth = 0;
-  /// Whether it is a mesh and not convex; it has no normals then.
+  /// Whether it is a terrain, which parts no hulls; it has no normals then.
   bool is_surface = false;
+  /// Whether it is drawn as triangles, behind whose outline something else may be seen.
+  bool is_mesh = false;
 };
 
 /// The color of a face: light comes from above, a little from the viewer's left, so that faces keep
@@ -80,9 +83,36 @@ std::vector<bool> EdgesOf(const std::span<const int> polygon, const SideNormals&
   return edges;
 }
 
-/// The planes of the convex hull of a mesh's points, by which it is ordered among other bodies.
+/// Those of the points that lie farthest along some directions: all that matters of a body for what
+/// it lies in front of, however many corners it has.
+std::vector<Eigen::Vector3d> FarthestOf(const std::vector<Eigen::Vector3d>& points) {
+  // To the corners of the squares into which the faces of a cube are cut: 98 directions, by which a
+  // round body is known to some hundredths of its size.
+  constexpr int kSteps = 4;
+  std::set<size_t> farthest;
+  for (int x = -kSteps; x <= kSteps; x += 2) {
+    for (int y = -kSteps; y <= kSteps; y += 2) {
+      for (int z = -kSteps; z <= kSteps; z += 2) {
+        if (std::max({std::abs(x), std::abs(y), std::abs(z)}) != kSteps) continue;
+        const Eigen::Vector3d direction(x, y, z);
+        farthest.insert(static_cast<size_t>(
+            std::ranges::max_element(points, {}, [&](const auto& p) { return direction.dot(p); }) -
+            points.begin()));
+      }
+    }
+  }
+  std::vector<Eigen::Vector3d> kept;
+  for (const size_t i : farthest) kept.push_back(points[i]);
+  return kept;
+}
+
+/// The planes of the convex hull of a mesh, by which it is ordered among other bodies.
 void AddPlanes(const SceneHull& mesh, const Projection& projection, PaintedHull* painted) {
-  const model::ConvexHull hull = model::ComputeHull(mesh.points_L);
+  // A painter compares each plane of a body with each corner of another one.
+  constexpr size_t kManyCorners = 200;
+  const bool many = mesh.points_L.size() > kManyCorners;
+  const model::ConvexHull hull =
+      model::ComputeHull(many ? FarthestOf(mesh.points_L) : mesh.points_L);
   for (const model::HullFace& face : hull.faces) {
     const Eigen::Vector3d normal = projection.Direction(mesh.X_WL.linear() * face.normal);
     const Eigen::Vector3d corner = mesh.X_WL * hull.vertices[face.polygon.front()];
@@ -96,6 +126,7 @@ void AddPlanes(const SceneHull& mesh, const Projection& projection, PaintedHull*
 PaintedHull PaintTriangles(const SceneHull& hull, const Projection& projection) {
   PaintedHull painted = PlaceCorners(hull.points_L, hull.X_WL, projection);
   painted.is_surface = hull.owner < 0;
+  painted.is_mesh = true;
   if (!painted.is_surface) AddPlanes(hull, projection, &painted);
   const auto normal_of = [&](const std::array<int, 3>& triangle) {
     const Eigen::Vector3d& a = painted.corners[triangle[0]];
@@ -172,7 +203,7 @@ bool OverlapOnPicture(const PaintedHull& a, const PaintedHull& b) {
 bool Contains(const PaintedHull& a, const PaintedHull& b) {
   // What lies flush with a face, but for rounding, is inside.
   constexpr double kRounding = 1e-6;
-  if (a.is_surface || !a.box.contains(b.box.min()) || !a.box.contains(b.box.max())) return false;
+  if (a.is_mesh || !a.box.contains(b.box.min()) || !a.box.contains(b.box.max())) return false;
   for (size_t f = 0; f < a.normals.size(); ++f) {
     for (const Eigen::Vector3d& p : b.corners) {
       if (a.normals[f].dot(p) > a.offsets[f] + kRounding) return false;

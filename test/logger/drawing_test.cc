@@ -3,9 +3,11 @@
 #include <cairo.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <utility>
 
 #include "logger/show/labels.h"
 #include "logger/show/projection.h"
@@ -163,6 +165,76 @@ TEST(VisibleFacesTest, AHullWithinAnotherIsNotPaintedWhereverItsMiddleIs) {
     const Scene scene{{large, small}, {}, false};
     EXPECT_EQ(VisibleFaces(scene, Projection(View::kThreeQuarter)).size(), 6u);
   }
+}
+
+/// A square frame as a mesh, in the north-up plane: its outline is that of a plate, and it has a
+/// hole.
+SceneHull Frame() {
+  SceneHull frame;
+  for (const double side : {0.1, 0.2}) {
+    for (const auto& [x, y] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}}) {
+      for (const double z : {-0.1, 0.1}) frame.points_L.emplace_back(side * x, side * y, z);
+    }
+  }
+  for (int k = 0; k < 4; ++k) {
+    const int a = 2 * k, b = 2 * ((k + 1) % 4);
+    // To the west and to the east, then inside and outside.
+    for (const int z : {0, 1}) {
+      frame.triangles.push_back({a + z, b + z, 8 + a + z});
+      frame.triangles.push_back({b + z, 8 + b + z, 8 + a + z});
+    }
+    for (const int ring : {0, 8}) {
+      frame.triangles.push_back({ring + a, ring + b, ring + a + 1});
+      frame.triangles.push_back({ring + b, ring + b + 1, ring + a + 1});
+    }
+  }
+  return frame;
+}
+
+TEST(VisibleFacesTest, WhatStandsInTheHoleOfAMeshIsSeen) {
+  SceneHull cube = Cube({0, 0, 0});
+  cube.owner = 1;
+  const Scene scene{{Frame(), cube}, {}, false};
+  int of_cube = 0;
+  for (const VisibleFace& face : VisibleFaces(scene, Projection(View::kSide))) {
+    of_cube += face.owner == 1 ? 1 : 0;
+  }
+  EXPECT_EQ(of_cube, 1);
+}
+
+/// A ball as a mesh of many corners.
+SceneHull FineBall(const Vector3d& centre, int owner) {
+  constexpr int kRings = 60;
+  constexpr int kSegments = 100;
+  SceneHull ball;
+  ball.owner = owner;
+  for (int i = 0; i <= kRings; ++i) {
+    for (int j = 0; j < kSegments; ++j) {
+      const double a = EIGEN_PI * i / kRings, b = 2 * EIGEN_PI * j / kSegments;
+      ball.points_L.push_back(centre + 0.1 * Vector3d(std::sin(a) * std::cos(b), std::cos(a),
+                                                      std::sin(a) * std::sin(b)));
+      if (i == kRings) continue;
+      const int here = i * kSegments + j, next = i * kSegments + (j + 1) % kSegments;
+      ball.triangles.push_back({here, next, here + kSegments});
+      ball.triangles.push_back({next, next + kSegments, here + kSegments});
+    }
+  }
+  return ball;
+}
+
+TEST(VisibleFacesTest, MeshesOfManyCornersAreOrderedLikeOtherBodies) {
+  // Seen from the east: a wall, the ball before it, and a small cube before the ball.
+  SceneHull small = Cube({0, 0, 0.16});
+  small.owner = 2;
+  SceneHull wall = Cube({0, 0, 0});
+  wall.owner = 0;
+  for (Vector3d& p : wall.points_L) p = {4 * p.x(), 4 * p.y(), p.z() > 0 ? -0.11 : -0.13};
+  const Scene scene{{small, FineBall({0, 0, 0}, 1), wall}, {}, false};
+  std::vector<int> order;
+  for (const VisibleFace& face : VisibleFaces(scene, Projection(View::kSide))) {
+    if (order.empty() || order.back() != face.owner) order.push_back(face.owner);
+  }
+  EXPECT_EQ(order, (std::vector<int>{0, 1, 2}));
 }
 
 TEST(VisibleFacesTest, OfTwoEqualHullsOneIsPainted) {

@@ -213,6 +213,26 @@ ExportCase CompiledModule(const std::string& m3l, const std::string& type) {
   return made;
 }
 
+ExportCase LookingRobot() {
+  ExportCase made = CompiledCase(
+      "module A: unit=0.1\n"
+      "link base: hull=box(size=(1,1,1))\n"
+      "link arm: hull=box(size=(1,1,1), at=(2,0,0)), visual=sphere(radius=.5, at=(2,0,0))\n"
+      "axis z: origin=(1,0,0), direction=(0,0,1)\n"
+      "axis y: origin=(1,0,0), direction=(0,0,-1)\n"
+      "joint j: type=revolute, value=[-1,1], pair=((arm,z),(base,y))\n"
+      "robot r: modules=(A m)\n",
+      "r");
+  // The fifth corner lies inside the others.
+  model::VisualPart dented;
+  dented.points = {{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}, {0.01, 0.01, 0.01}};
+  dented.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 4}, {2, 3, 4}, {3, 1, 4}};
+  dented.color = Color{1.0, 0.5, 0.0};
+  std::vector<model::VisualPart>& looks = made.model.module_types[0].links[1].visual;
+  looks.insert(looks.begin(), dented);
+  return made;
+}
+
 model::JointValues RandomValues(const ExportCase& robot, std::mt19937& random) {
   model::JointValues q = model::StartValues(robot.robot);
   for (size_t m = 0; m < q.size(); ++m) {

@@ -34,6 +34,10 @@ extern const char* const kAwkwardNames;
 ExportCase CompiledCase(const std::string& m3l, const std::string& robot);
 ExportCase CompiledModule(const std::string& m3l, const std::string& type);
 
+/// A module with a joint, whose arm is a box and looks otherwise: a mesh of 6 triangles with a
+/// dent, which is orange, and a sphere in its module's colour.
+ExportCase LookingRobot();
+
 /// Values within the joints' limits; fixed joints get 0.
 model::JointValues RandomValues(const ExportCase& robot, std::mt19937& random);
 

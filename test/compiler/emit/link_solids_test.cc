@@ -7,6 +7,21 @@
 namespace morphbus::emit {
 namespace {
 
+TEST(LinkSolids, LooksAreSolidMeshesWithTheirColours) {
+  model::Model model = test::MtranModel();
+  model::VisualPart plate;
+  plate.color = Color{1.0, 0.5, 0.0};
+  plate.points = {{0, 0, 0}, {0.1, 0, 0}, {0.1, 0.1, 0}, {0, 0.1, 0}};
+  model.module_types[0].links[1].visual = {plate};
+  LinkSolids solids(model);
+  const std::vector<LookMesh>& looks = solids.Looks(0, 1);
+  ASSERT_EQ(looks.size(), 1u);
+  EXPECT_EQ(looks[0].name, "MTRAN." + model.module_types[0].links[1].name + ".look1");
+  EXPECT_EQ(looks[0].color, plate.color);
+  EXPECT_EQ(looks[0].points.size(), 8u) << "with a thickness";
+  EXPECT_TRUE(solids.Looks(0, 0).empty()) << "like its hull";
+}
+
 TEST(LinkSolids, MassesAndHullsAreTheModelsAndWorkedOutOnce) {
   const model::Model model = test::MtranModel();
   LinkSolids solids(model);
@@ -25,6 +40,7 @@ TEST(LinkSolids, MassesAndHullsAreTheModelsAndWorkedOutOnce) {
   EXPECT_EQ(&solids.Mass(0, 0), &solids.Mass(0, 0));
   EXPECT_EQ(&solids.Parts(0, 0), &solids.Parts(0, 0));
   EXPECT_EQ(&solids.Faces(0, 0), &solids.Faces(0, 0));
+  EXPECT_EQ(&solids.Looks(0, 0), &solids.Looks(0, 0));
 }
 
 }  // namespace

@@ -53,6 +53,31 @@ TEST(Sdf, LibsdformatPlacesEveryLinkWhereTheModelDoes) {
   }
 }
 
+TEST(Sdf, LooksAreVisualsInTheirColoursAndTheHullCollides) {
+  const ExportCase robot = test::LookingRobot();
+  sdf::Root root;
+  ParseStrictly(ToSdf(robot.model, TreeOf(robot.model, robot.robot), {"robot", ""}).text, &root);
+  ASSERT_NE(root.Model(), nullptr);
+  const sdf::Link* arm = root.Model()->LinkByName("m.arm");
+  ASSERT_NE(arm, nullptr);
+  ASSERT_EQ(arm->VisualCount(), 2u);
+  ASSERT_EQ(arm->CollisionCount(), 1u);
+  const auto uri_of = [](const sdf::Geometry* geometry) {
+    return geometry->MeshShape() != nullptr ? geometry->MeshShape()->Uri() : "no mesh";
+  };
+  EXPECT_EQ(uri_of(arm->VisualByIndex(0)->Geom()), "robot_meshes/A.arm.look1.stl");
+  EXPECT_EQ(uri_of(arm->VisualByIndex(1)->Geom()), "robot_meshes/A.arm.look2.stl");
+  EXPECT_EQ(uri_of(arm->CollisionByIndex(0)->Geom()), "robot_meshes/A.arm.stl");
+  const sdf::Material* material = arm->VisualByIndex(0)->Material();
+  ASSERT_NE(material, nullptr);
+  EXPECT_EQ(material->Diffuse(), ignition::math::Color(1.0F, 0.5F, 0.0F));
+  EXPECT_EQ(arm->VisualByIndex(1)->Material(), nullptr) << "in whatever colour Gazebo gives it";
+  const sdf::Link* base = root.Model()->LinkByName("m.base");
+  ASSERT_NE(base, nullptr);
+  EXPECT_EQ(base->VisualCount(), 1u);
+  EXPECT_EQ(uri_of(base->VisualByIndex(0)->Geom()), "robot_meshes/A.base.stl");
+}
+
 TEST(Sdf, AxesLimitsAndLoopsAreThoseOfTheModel) {
   std::mt19937 random(4);
   for (ExportCase& robot : test::ExportCases(2)) {
