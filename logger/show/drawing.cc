@@ -87,8 +87,8 @@ void DrawLegend(cairo_t* cr, const Drawing& drawing, const Layout& layout) {
     paint::SetColor(cr, drawing.legend[i].color);
     cairo_rectangle(cr, x, y, 14, 14);
     cairo_fill(cr);
-    paint::Text(cr, x + 20, y + 11.5, drawing.legend[i].text, paint::kFontSize, paint::Align::kLeft, false,
-                paint::ThemeOf(drawing).ink);
+    paint::Text(cr, x + 20, y + 11.5, drawing.legend[i].text, paint::kFontSize, paint::Align::kLeft,
+                false, paint::ThemeOf(drawing).ink);
   }
 }
 
