@@ -8,6 +8,7 @@
 #include "compiler/m3l/evaluate.h"
 #include "compiler/model/convex_hull.h"
 #include "compiler/model/link_mass.h"
+#include "compiler/model/visual_limits.h"
 
 namespace morphbus::m3l::internal {
 namespace {
@@ -19,9 +20,6 @@ constexpr double kDensity_kg_m3 = 500.0;
 constexpr double kLeastMass_kg = 1e-6;
 constexpr size_t kMaxHullPoints = 500;
 constexpr size_t kMaxParts = 50;
-// Points and triangles of what is seen of a link, which travels with every run; more are finer than
-// any picture.
-constexpr size_t kMaxVisualSize = 60'000;
 
 /// The nearest number of single precision. It is not inline: when GCC 12 vectorizes, it takes the
 /// conversion of two numbers there and back for nothing, and leaves them as they were.
@@ -154,14 +152,16 @@ class LinkChecker {
       for (Eigen::Vector3d& p : part.points) {
         for (int k = 0; k < 3; ++k) p[k] = InSinglePrecision(p[k]);
       }
-      size += part.points.size() + part.triangles.size();
+      size += model::SizeOf(part);
     }
-    if (link->visual.size() > kMaxParts || size > kMaxVisualSize) {
+    // What is seen travels with every run; more is finer than any picture.
+    if (link->visual.size() > model::kMaxVisualParts || size > model::kMaxVisualSize) {
       scope_.diagnostics
-          .Error((visual ? visual : colour)->span,
-                 fmt::format("what is seen of a link has at most {} parts and {} points and "
-                             "triangles, and this has {} and {}",
-                             kMaxParts, kMaxVisualSize, link->visual.size(), size))
+          .Error(
+              (visual ? visual : colour)->span,
+              fmt::format("what is seen of a link has at most {} parts and {} points and "
+                          "triangles, and this has {} and {}",
+                          model::kMaxVisualParts, model::kMaxVisualSize, link->visual.size(), size))
           .Hint("use a coarser mesh");
       link->visual.clear();
     }

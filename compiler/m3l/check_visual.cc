@@ -7,6 +7,7 @@
 #include "compiler/m3l/check_module.h"
 #include "compiler/m3l/evaluate.h"
 #include "compiler/m3l/read_mesh.h"
+#include "compiler/model/visual_limits.h"
 
 namespace morphbus::m3l::internal {
 
@@ -27,7 +28,7 @@ std::optional<model::VisualPart> CheckVisualMesh(const Expr& call, ModuleScope& 
   model::VisualPart part{std::move(mesh->points), std::move(mesh->triangles)};
   for (Eigen::Vector3d& p : part.points) {
     p *= scope.unit_m;
-    if (!(p.cwiseAbs().maxCoeff() <= kMaxCoordinate_m)) {
+    if (!(p.cwiseAbs().maxCoeff() <= model::kMaxVisualReach_m)) {
       return scope.diagnostics.Error(name.span, "the mesh reaches more than 1e6 metres away")
           .Hint("its coordinates are in model units, here of " + NumberText(scope.unit_m) + " m");
     }

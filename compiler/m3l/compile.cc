@@ -1,11 +1,14 @@
 #include "compiler/m3l/compile.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 
 #include "compiler/m3l/checker.h"
 #include "compiler/m3l/constants.h"
 #include "compiler/m3l/loader.h"
+#include "compiler/model/visual_limits.h"
 
 namespace morphbus::m3l {
 namespace {
@@ -115,6 +118,24 @@ std::vector<source::Span> HullSpans(const ModuleDecl& module) {
   return spans;
 }
 
+/// Adds what is seen of a module's links to `size`, points and triangles of those before it, and
+/// reports the link with which it becomes more than the head of a log has room for.
+void CountLooks(const ModuleDecl& decl, const model::ModuleType& type, size_t* size,
+                source::Diagnostics* diagnostics) {
+  for (size_t l = 0; l < type.links.size() && l < decl.links.size(); ++l) {
+    const size_t before = *size;
+    for (const model::VisualPart& part : type.links[l].visual) *size += model::SizeOf(part);
+    if (before > model::kMaxVisualSizeOfModel || *size <= model::kMaxVisualSizeOfModel) continue;
+    const Attribute* visual = decl.links[l].Find("visual");
+    diagnostics
+        ->Error(visual != nullptr && visual->value ? visual->value->span : decl.links[l].name.span,
+                fmt::format("with this, what is seen of all links has {} points and triangles; the "
+                            "most is {}, as every log of a run holds them",
+                            *size, model::kMaxVisualSizeOfModel))
+        .Hint("use coarser meshes");
+  }
+}
+
 /// Warns of files without any definition, which are seldom meant.
 void WarnIfEmpty(const std::vector<FileAst>& files, source::Diagnostics* diagnostics) {
   for (const FileAst& file : files) {
@@ -133,11 +154,13 @@ std::optional<model::Model> Check(const std::vector<FileAst>& files, CompileOutp
   model::Model model;
   // Modules first, as connections and robots name them.
   std::vector<CheckedModule> modules;
+  size_t looks = 0;
   for (const ModuleDecl* decl : Collect(files, &FileAst::modules, "module", diagnostics)) {
     if (diagnostics->full()) return std::nullopt;
     modules.push_back(CheckModule(*decl, output.sources, diagnostics));
     model.module_types.push_back(modules.back().type);
     output.hulls.push_back(HullSpans(*decl));
+    CountLooks(*decl, modules.back().type, &looks, diagnostics);
   }
   // Connections next; a pointer to each module stays good, as no more are added.
   std::vector<CheckedConnection> connections;

@@ -98,6 +98,44 @@ std::string ExcessOfText(std::string_view bytes) {
   return "";
 }
 
+/// What of a binary glTF the library would believe without looking; empty if nothing is. Its parts
+/// say how long they are.
+std::string ExcessOfParts(std::string_view bytes) {
+  // A part begins with its length and its kind, 4 bytes each, the lowest first.
+  const auto number = [&](size_t at) {
+    size_t value = 0;
+    for (size_t i = 4; i-- > 0;) value = value << 8U | static_cast<uint8_t>(bytes[at + i]);
+    return value;
+  };
+  if (bytes.size() < 12 || number(8) != bytes.size()) return "is not as long as it says";
+  for (size_t at = 12; at < bytes.size(); at += 8 + number(at)) {
+    if (bytes.size() - at < 8 || number(at) > bytes.size() - at - 8)
+      return "has a part that is cut";
+  }
+  return "";
+}
+
+/// What of an OBJ file the library takes for something else; empty if nothing is.
+std::string ExcessOfNumbers(std::string_view bytes) {
+  // Longer ones overflow where they are indices, and then name any place in memory.
+  constexpr size_t kMostDigits = 9;
+  for (size_t begin = 0; begin < bytes.size();) {
+    const size_t end = std::min(bytes.find('\n', begin), bytes.size());
+    const std::string_view line = bytes.substr(begin, end - begin);
+    const size_t word = line.find_first_not_of(" \t\r");
+    // Faces, lines and points have indices; what else there is has coordinates or names.
+    const bool indices = word != std::string_view::npos &&
+                         std::string_view("flp").find(line[word]) != std::string_view::npos;
+    size_t digits = 0;
+    for (const char c : line) {
+      digits = c >= '0' && c <= '9' ? digits + 1 : 0;
+      if (indices && digits > kMostDigits) return "has an index of more than 9 digits";
+    }
+    begin = end + 1;
+  }
+  return "";
+}
+
 /// What of a scene is more than the library should process; empty if nothing is.
 std::string ExcessOf(const aiScene& scene) {
   std::vector<size_t> triangles(scene.mNumMeshes, 0);
@@ -217,11 +255,17 @@ Result<MeshTriangles> ParseAnyMesh(const std::string& name, const std::string& b
   // Nodes of a scene stand where their parents put them, and faces may have more than three
   // corners.
   constexpr unsigned kFlags = aiProcess_Triangulate | aiProcess_PreTransformVertices;
-  if (extension == ".obj") return ParseAs("obj", kFlags, name, bytes);
-  if (extension == ".gltf" || extension == ".glb") {
-    if (const std::string excess = ExcessOfText(bytes); !excess.empty()) {
+  if (extension == ".obj") {
+    if (const std::string excess = ExcessOfNumbers(bytes); !excess.empty()) {
       return Fail("mesh '" + name + "' " + excess);
     }
+    return ParseAs("obj", kFlags, name, bytes);
+  }
+  if (extension == ".gltf" || extension == ".glb") {
+    std::string excess = ExcessOfText(bytes);
+    // The library goes by the first bytes and not by the name.
+    if (excess.empty() && bytes.starts_with("glTF")) excess = ExcessOfParts(bytes);
+    if (!excess.empty()) return Fail("mesh '" + name + "' " + excess);
     return ParseAs(extension.substr(1), kFlags, name, bytes);
   }
   return Fail("mesh '" + name + "': its name ends in none of .stl, .obj, .gltf and .glb");

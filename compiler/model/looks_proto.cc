@@ -4,11 +4,10 @@
 
 #include <cmath>
 
+#include "compiler/model/visual_limits.h"
+
 namespace morphbus::model {
 namespace {
-
-/// Far above any link, low enough that what is drawn of a model stays in memory.
-constexpr int kMaxVisualParts = 1000;
 
 /// Eight bits of each color, the red ones highest.
 uint32_t BitsOf(const Color& color) {
@@ -36,7 +35,9 @@ std::string Read(const proto::VisualPart& message, VisualPart* part) {
   if (message.points_size() == 0 || message.points_size() % 3 != 0) return "points";
   for (int i = 0; i < message.points_size(); i += 3) {
     part->points.emplace_back(message.points(i), message.points(i + 1), message.points(i + 2));
-    if (!part->points.back().allFinite()) return "points that are not finite";
+    const Eigen::Vector3d& p = part->points.back();
+    // The greatest of numbers of which one is none may be any of the others.
+    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kMaxVisualReach_m) return "points far away";
   }
   if (message.corners_size() % 3 != 0) return "corners";
   for (int i = 0; i < message.corners_size(); i += 3) {
@@ -70,6 +71,7 @@ void WriteLooks(const Model& model, proto::Model* message) {
 }
 
 std::string ReadLooks(const proto::Model& message, Model* model) {
+  size_t size_of_model = 0;
   for (int i = 0; i < message.looks_size(); ++i) {
     const proto::LinkLooks& looks = message.looks(i);
     const auto bad = [&](const std::string& what) { return fmt::format("looks {}: {}", i, what); };
@@ -83,8 +85,17 @@ std::string ReadLooks(const proto::Model& message, Model* model) {
     }
     Link& link = links[looks.link()];
     if (!link.visual.empty()) return bad("a link for the second time");
-    if (looks.parts_size() == 0 || looks.parts_size() > kMaxVisualParts) {
+    if (looks.parts_size() == 0 || looks.parts_size() > static_cast<int>(kMaxVisualParts)) {
       return bad(fmt::format("{} parts", looks.parts_size()));
+    }
+    // Counted before anything is made of it.
+    size_t size = 0;
+    for (const proto::VisualPart& part : looks.parts()) {
+      size += static_cast<size_t>(part.points_size() / 3 + part.corners_size() / 3);
+    }
+    size_of_model += size;
+    if (size > kMaxVisualSize || size_of_model > kMaxVisualSizeOfModel) {
+      return bad(fmt::format("{} points and triangles", size));
     }
     for (const proto::VisualPart& part : looks.parts()) {
       if (const std::string wrong = Read(part, &link.visual.emplace_back()); !wrong.empty()) {

@@ -123,6 +123,37 @@ TEST(Mjcf, AJointThatClosesALoopStillMoves) {
   EXPECT_LT((p - X.translation()).norm(), 1e-9);
 }
 
+TEST(Mjcf, LooksAreSeenInTheirColoursAndTouchNothing) {
+  const ExportCase robot = test::LookingRobot();
+  const Simulation simulation = Load(robot);
+  ASSERT_NE(simulation.model, nullptr);
+  const mjModel& loaded = *simulation.model;
+  const int arm = mj_name2id(&loaded, mjOBJ_BODY, "m.arm");
+  ASSERT_GE(arm, 0);
+  int seen = 0, solid = 0, dented = 0;
+  for (int g = loaded.body_geomadr[arm]; g < loaded.body_geomadr[arm] + loaded.body_geomnum[arm];
+       ++g) {
+    const bool touches = loaded.geom_contype[g] != 0 || loaded.geom_conaffinity[g] != 0;
+    // Viewers show the groups below 3 unless they are told otherwise.
+    EXPECT_NE(touches, loaded.geom_group[g] < 3) << g;
+    (touches ? solid : seen) += 1;
+    const float* color = loaded.geom_rgba + 4 * g;
+    if (color[0] != 1.0F || color[1] != 0.5F || color[2] != 0.0F) continue;
+    ++dented;
+    EXPECT_EQ(loaded.mesh_facenum[loaded.geom_dataid[g]], 6) << "as it is, with its dent";
+    EXPECT_EQ(loaded.mesh_vertnum[loaded.geom_dataid[g]], 5);
+  }
+  EXPECT_EQ(seen, 2);
+  EXPECT_EQ(solid, 1);
+  EXPECT_EQ(dented, 1);
+  // The base looks like its hull: one shape, which is seen and touches.
+  const int base = mj_name2id(&loaded, mjOBJ_BODY, "m.base");
+  ASSERT_EQ(loaded.body_geomnum[base], 1);
+  EXPECT_NE(loaded.geom_contype[loaded.body_geomadr[base]], 0);
+  EXPECT_LT(loaded.geom_group[loaded.body_geomadr[base]], 3);
+  EXPECT_NEAR(loaded.body_mass[arm], loaded.body_mass[base], 1e-9) << "looks weigh nothing";
+}
+
 // MuJoCo's XML reader takes 100 nested elements.
 TEST(Mjcf, AChainOfAHundredModulesIsRead) {
   ExportCase robot{"chain", test::MtranModel(), {}};

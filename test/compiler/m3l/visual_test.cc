@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -119,9 +122,64 @@ TEST(MeshLimitTest, WhatWouldTakeTheLibraryLongIsRefusedBeforehand) {
   for (int i = 0; i < 201; ++i) round += fmt::format(" {}", 1 + i % 4);
   EXPECT_EQ(why("a.obj", round + "\n"), "mesh 'a.obj' has a face of 201 corners, the most is 200");
   EXPECT_EQ(why("a.gltf", std::string(100'000, '[')), "mesh 'a.gltf' nests deeper than 64");
+  EXPECT_EQ(why("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 99999999999999999999 2 3\n"),
+            "mesh 'a.obj' has an index of more than 9 digits");
+  using namespace std::string_literals;
+  EXPECT_EQ(why("a.glb", "glTF\2\0\0\0\x18\0\0\0\xf0\xff\xff\xffJSON{}  "s),
+            "mesh 'a.glb' has a part that is cut");
+  EXPECT_EQ(why("a.glb", "glTF\2\0\0\0\xff\0\0\0\4\0\0\0JSON{}  "s),
+            "mesh 'a.glb' is not as long as it says");
   std::string chain = R"({"asset":{"version":"2.0"},"nodes":[)";
   for (int i = 1; i <= 20'000; ++i) chain += fmt::format(R"({{"children":[{}]}},)", i);
   EXPECT_EQ(why("a.gltf", chain + "{}]}"), "mesh 'a.gltf' has more than 10000 nodes");
+}
+
+/// A binary STL of a strip of this many triangles that share no side with the one after the next.
+std::string StripOf(size_t triangles) {
+  std::string bytes(80, ' ');
+  const auto append = [&](const void* data, size_t size) {
+    bytes.append(static_cast<const char*>(data), size);
+  };
+  const auto count = static_cast<uint32_t>(triangles);
+  append(&count, sizeof count);
+  for (size_t i = 0; i < triangles; ++i) {
+    // The normal, three corners, and two bytes that say nothing.
+    const auto x = static_cast<float>(i);
+    const std::array<float, 12> numbers = {0, 0, 1, x, 0, 0, x + 1, 0, 0, x, 1, 0};
+    append(numbers.data(), sizeof numbers);
+    bytes.append(2, '\0');
+  }
+  return bytes;
+}
+
+TEST_F(VisualMeshTest, MoreThanALogHasRoomForIsRefusedAtTheMesh) {
+  // With their 38,001 corners they make 57,001 a link: 17 links have less than a million.
+  constexpr size_t kTriangles = 19'000;
+  Write("strip.stl", StripOf(kTriangles));
+  const auto compile = [&](int links) {
+    std::string text = "module A: unit=0.001\n";
+    for (int l = 0; l < links; ++l) {
+      text += fmt::format("link l{}: hull=box(size=(1,1,1)), visual=mesh(\"strip.stl\")\n", l);
+    }
+    for (int l = 1; l < links; ++l) {
+      text += fmt::format("joint j{0}: type=fixed, pair=((l{0},up),(l0,down))\n", l);
+    }
+    return CompileText(ModelPath(), text +
+                                        "axis up: origin=(0,0,0), direction=(0,0,1)\n"
+                                        "axis down: origin=(0,0,0), direction=(0,0,-1)\n"
+                                        "robot r: modules=(A m)\n");
+  };
+  const CompileOutput fits = compile(17);
+  ASSERT_TRUE(fits.model) << source::Render(fits.diagnostics, fits.sources, false);
+  EXPECT_LT(model::SerializeModel(*fits.model).size(), size_t{13} << 20U);
+  const CompileOutput more = compile(18);
+  EXPECT_FALSE(more.model);
+  const std::string said = source::Render(more.diagnostics, more.sources, false);
+  EXPECT_NE(said.find("link l17: hull=box(size=(1,1,1)), visual=mesh(\"strip.stl\")"),
+            std::string::npos)
+      << said;
+  EXPECT_NE(said.find("with this, what is seen of all links has"), std::string::npos) << said;
+  EXPECT_NE(said.find("the most is 1000000"), std::string::npos) << said;
 }
 
 class VisualErrorTest : public test::DiagnosticsTest {};
@@ -189,6 +247,21 @@ TEST(VisualTest, LooksSurviveTheModelsFileAndDamagedOnesAreRefused) {
   EXPECT_EQ(broken([](auto* l) { l->clear_parts(); }), "damaged model: looks 0: 0 parts");
   EXPECT_EQ(broken([](auto* l) { l->mutable_parts(0)->add_points(1); }),
             "damaged model: looks 0: points");
+  for (const float far : {2e6F, HUGE_VALF, std::nanf("")}) {
+    EXPECT_EQ(broken([far](auto* l) { l->mutable_parts(0)->set_points(4, far); }),
+              "damaged model: looks 0: points far away");
+  }
+  EXPECT_EQ(broken([](auto* l) {
+              while (l->parts_size() < 51) *l->add_parts() = l->parts(0);
+            }),
+            "damaged model: looks 0: 51 parts");
+  EXPECT_EQ(
+      broken([](auto* l) { l->mutable_parts(0)->mutable_points()->Resize(3 * 70'000, 0.0F); }),
+      "damaged model: looks 0: 70008 points and triangles");
+  EXPECT_EQ(broken([](auto* l) { l->mutable_parts(0)->mutable_corners()->Resize(3 * 70'000, 0); }),
+            "damaged model: looks 0: 70074 points and triangles");
+  EXPECT_EQ(broken([](auto* l) { l->mutable_parts(0)->set_color(0x1000000); }),
+            "damaged model: looks 0: color 0x1000000");
   EXPECT_EQ(broken([](auto* l) { l->mutable_parts(0)->add_corners(1); }),
             "damaged model: looks 0: corners");
   EXPECT_EQ(broken([](auto* l) {
