@@ -17,6 +17,9 @@ namespace {
 using source::Diagnostic;
 using source::Span;
 
+/// How long the one value may be that all elements of an array have, in characters of the text.
+constexpr size_t kMostOfSharedValue = 1000;
+
 // The kind of member that a word begins; a field has none.
 std::optional<MemberKind> MemberOf(TokenKind word) {
   if (!IsMemberWord(word)) return std::nullopt;
@@ -415,6 +418,15 @@ void ProgramParser::AddElements(Member* array, Role* role) {
   if (role->members.size() + static_cast<size_t>(length) > kMaxMembers) {
     in_.GiveUp(array->name_span, "role '" + role->name + "' has too many members",
                "at most " + std::to_string(kMaxMembers) + "; each element of an array is one");
+    return;
+  }
+  // Each element has a copy of the one value, of which a long text would make a heavy tree.
+  if (!listed && array->expr != nullptr &&
+      array->expr->span.end - array->expr->span.begin > kMostOfSharedValue) {
+    in_.ErrorAt(array->expr->span,
+                "the value of all elements has more than " + std::to_string(kMostOfSharedValue) +
+                    " characters",
+                "declare a constant with this value and write its name here");
     return;
   }
   for (int i = 0; i < length; ++i) {

@@ -119,6 +119,15 @@ Diagnostic& Diagnostics::Error(const Span& span, std::string message) {
     surplus_ = {};
     return surplus_;
   }
+  // What stands in the text once may be looked at for each element of an array: it is told once.
+  const auto told = [&](const Diagnostic& d) {
+    return d.severity == Severity::kError && d.span.file == span.file &&
+           d.span.begin == span.begin && d.span.end == span.end && d.message == message;
+  };
+  if (std::ranges::any_of(all_, told)) {
+    surplus_ = {};
+    return surplus_;
+  }
   all_.push_back({Severity::kError, span, std::move(message), "", {}});
   return all_.back();
 }

@@ -67,7 +67,7 @@ class Diagnostics {
 
  private:
   std::vector<Diagnostic> all_;
-  /// What Error() hands out when the list is full; it is never shown.
+  /// What Error() hands out when the list is full or has this already; it is never shown.
   Diagnostic surplus_;
   int errors_ = 0;
 };
