@@ -120,6 +120,12 @@ class Some(Case):
             with self.subTest(text=text):
                 shutil.rmtree(self.folder / 'tasks', ignore_errors=True)
                 self.assertIn(message, self.benchmark(self.own(task=text), *car, status=2).stderr)
+        # Results that somebody has damaged are refused before anything runs.
+        shutil.rmtree(self.folder / 'tasks')
+        folder = self.own(task='title = "a"\nseconds = 1\nmet = "up > 1"\n')
+        for key, value in (('robot', 5), ('hash', None), ('figures', []), ('meant', 'yes')):
+            (folder / 'results.json').write_text(json.dumps([{**RESULTS[0], key: value}]), encoding='utf-8')
+            self.assertIn('a result lacks its task', self.benchmark(folder, *car, status=2).stderr)
         self.assertIn('no task is in it', self.benchmark(self.folder, *car, status=2).stderr)
         self.assertIn("did you mean 'straight'?", self.benchmark(FOLDER, *car, '--task', 'strait', status=2).stderr)
         self.assertIn('a model and a program, or neither', self.benchmark(FOLDER, car[0], status=2).stderr)

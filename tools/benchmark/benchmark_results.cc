@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <string_view>
 
 #include "compiler/base/text.h"
 #include "tools/base/files.h"
@@ -28,6 +29,28 @@ std::string Cell(const Json& row, const char* figure, int digits, double factor 
   const auto found = figures.find(figure);
   if (found == figures.end() || !found->is_number()) return "-";
   return fmt::format("{:.{}f}", found->get<double>() * factor, digits);
+}
+
+/// Whether a row of results.json is as RowJson makes them.
+bool IsRow(const Json& row) {
+  if (!row.is_object()) return false;
+  const auto is = [&row](const char* key, bool (Json::*kind)() const noexcept) {
+    const auto found = row.find(key);
+    return found != row.end() && ((*found).*kind)();
+  };
+  const auto text_or_null = [&is](const char* key) {
+    return is(key, &Json::is_string) || is(key, &Json::is_null);
+  };
+  // A run that failed has no hash, but says why.
+  return std::ranges::all_of(kNames,
+                             [&](const char* name) {
+                               return is(name, &Json::is_string) ||
+                                      (name == std::string_view("settings") &&
+                                       is(name, &Json::is_null));
+                             }) &&
+         is("meant", &Json::is_boolean) && is("met", &Json::is_boolean) &&
+         is("figures", &Json::is_object) && text_or_null("error") && text_or_null("hash") &&
+         is("hash", &Json::is_string) != is("error", &Json::is_string);
 }
 
 /// Whether two rows have the same names.
@@ -72,14 +95,8 @@ Result<std::vector<Json>> ReadResults(const std::string& folder) {
   if (!text) return Fail(text.error().message);
   const Json json = Json::parse(*text, nullptr, false);
   if (!json.is_array()) return Fail(path + ": expected a list of results");
-  for (const Json& row : json) {
-    const bool good = row.is_object() && row.contains("figures") && row["figures"].is_object() &&
-                      row.contains("met") && row["met"].is_boolean() && row.contains("hash") &&
-                      row.contains("meant") && row["meant"].is_boolean() &&
-                      std::ranges::all_of(kNames, [&](const char* n) { return row.contains(n); });
-    if (!good) {
-      return Fail(path + ": a result lacks its task, model, robot, program, figures or hash");
-    }
+  if (!std::ranges::all_of(json, IsRow)) {
+    return Fail(path + ": a result lacks its task, model, robot, program, figures or hash");
   }
   return std::vector<Json>(json.begin(), json.end());
 }

@@ -173,12 +173,17 @@ int CountUnmet(const std::vector<BenchmarkRow>& rows) {
   return unmet;
 }
 
-/// Says which rows are not as results.json has them; a row that it does not have yet is none of
-/// them. How many there are.
+/// Says which rows are not as results.json has them, and which it does not have although it has
+/// others. How many there are.
 int CountDifferences(const std::vector<BenchmarkRow>& rows, const std::vector<Json>& results) {
   int different = 0;
   for (const BenchmarkRow& row : rows) {
     const Json* known = FindResult(results, row);
+    if (known == nullptr && !results.empty()) {
+      ++different;
+      Warn(fmt::format("{} of {}, {} is not in results.json; --write adds it", row.task->name,
+                       row.robot, row.program));
+    }
     if (known == nullptr || *known == RowJson(row)) continue;
     ++different;
     Warn(fmt::format("{} of {}, {}: {} and hash {}, in results.json {} and hash {}", row.task->name,
