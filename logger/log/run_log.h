@@ -172,13 +172,13 @@ struct RunLogOptions {
   /// message with which a role was taken and the first with poses after it. SeriesReader reads the
   /// rest.
   bool outline = false;
-  /// Keep the values of traced fields: some for every tick.
-  bool traces = false;
   /// A serialized description (ReadDescription) for a log that holds none whole: a recording that
   /// was begun after the run. A log that has its own keeps to it. Empty: none.
   std::string description = {};
   /// So many faults are kept in LogFacts::faults, the first ones; all are counted.
   size_t max_faults = 1000;
+  /// Keep the values of traced fields: some for every tick.
+  bool traces = false;
 };
 
 /// Reads the log at `path` front to back. It fails only if the file cannot be read at all, holds no
