@@ -76,7 +76,7 @@ struct ActuatorSample {
 struct StatusSample {
   int64_t time_us = 0;
   int64_t tick = 0;
-  /// Without faults, printed lines and what the module holds, which are told elsewhere.
+  /// Without faults and printed lines, which are told elsewhere.
   morphbus::status_t status;
 };
 

@@ -118,12 +118,14 @@ void SeriesCollector::TakeTransform(const bridge::RunMessage& message, bool only
 void SeriesCollector::TakeStatus(std::string_view module, int64_t time_us,
                                  morphbus::status_t&& status, bool only_changes) {
   std::vector<StatusSample>& known = Module(module).status;
-  const bool traces = std::ranges::any_of(status.prints, bridge::IsTrace);
-  if ((traces || only_changes) && !known.empty() && SaysTheSame(known.back().status, status))
+  const bool came_to_trace =
+      status.inspections.empty() && std::ranges::any_of(status.prints, bridge::IsTrace);
+  if ((came_to_trace || only_changes) && !known.empty() &&
+      SaysTheSame(known.back().status, status)) {
     return;
+  }
   status.faults.clear();
   status.prints.clear();
-  status.inspections.clear();
   const int64_t tick = status.header.tick;
   known.push_back({time_us, tick, std::move(status)});
 }

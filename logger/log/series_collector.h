@@ -36,7 +36,7 @@ class SeriesCollector : public bridge::RunMessageHandler {
   /// A TRANSFORM, by its bytes. `only_changes`: it is left out unless a role is taken with it or it
   /// is the first with poses after that.
   void TakeTransform(const bridge::RunMessage& message, bool only_changes);
-  /// What a module reported of itself; its faults, printed lines and what it holds are dropped. A
+  /// What a module reported of itself; its faults and printed lines are dropped. A
   /// report like the one before it is left out if it tells of traced fields, as that is why it
   /// came, or with `only_changes`.
   void TakeStatus(std::string_view module, int64_t time_us, morphbus::status_t&& status,

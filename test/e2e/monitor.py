@@ -172,7 +172,7 @@ class Playback(Walk):
         missing = client.call('/walk/missing_roles', {'time_us': 3_900_000})
         self.assertEqual(sorted(missing['modules']), sorted(f'm{i}' for i in range(1, 10) if i != 2))
         junction = [line for line in missing['modules']['m3'] if line['text'].startswith('not Junction: ')]
-        self.assertEqual(junction, [{'line': 15, 'text': 'not Junction: this requirement fails, measured 2 against 4'}])
+        self.assertEqual(junction, [{'line': 15, 'text': 'not Junction: this requirement fails, measured 2 against 4', 'file': str(PROGRAM)}])
         self.assertIn('m9', client.call('/walk/explain_role', {'module': 'm99', 'role': role, 'time_us': 0}))
         self.assertIn('time_us', client.call('/walk/missing_roles', {}))
 

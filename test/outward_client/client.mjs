@@ -28,7 +28,12 @@ const fail = (why) => {
   console.error(why);
   process.exit(1);
 };
-client.on('error', (error) => fail(`error: ${error?.message ?? error}`));
+// This package ends with the protocol foxglove.websocket.v1. Under the later one it is told how far playback is, which its
+// kind of client is free to leave out.
+const kLater = 'Unrecognized server opcode in binary message: 5';
+client.on('error', (error) => {
+  if (subprotocol !== 'foxglove.sdk.v1' || error?.message !== kLater) fail(`error: ${error?.message ?? error}`);
+});
 client.on('close', () => fail('the server closed the connection'));
 client.on('open', () => { result.protocol = socket.protocol; });
 client.on('serverInfo', (info) => { result.serverInfo = info; });
