@@ -125,7 +125,7 @@ def shipped_worlds():
 def world_text(folder, robot, model):
     """Its text; there is no warning, so all docked faces look at each other."""
     said = export('webots', folder / f'{robot}.wbt', '--robot', robot, model=model).stderr
-    mixed = {'crane': 'ATRON', 'sensing_quadruped': 'MTRAN'}
+    mixed = {'crane': 'ATRON', 'sensing_quadruped': '(?:MTRAN|SOLE)'}
     if robot in mixed:
         # Of their two kinds of modules Webots lets faces dock that the model keeps apart, and it is said of which.
         said, count = re.subn(rf'(?m)^morphbus: warning: Webots will let {mixed[robot]}\.\w+ dock to .*\n', '', said)
