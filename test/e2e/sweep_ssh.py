@@ -131,6 +131,8 @@ class Rows(SshCase):
         self.assertEqual(best[0], best[1])
         await_condition(lambda: not self.workers(), 'nothing is left on the hosts')
 
+
+class Losses(SshCase):
     def test_a_host_that_is_lost_gives_its_rows_to_the_others(self):
         text = SMALL.replace('0.2\n', '1\n', 1).replace('[1, 2]', '[1, 2, 3, 4]')
         expected = self.expected(text)
