@@ -257,12 +257,12 @@ TEST(ProgramWordsTest, TheRunsOwnProgramHasItsFileAlsoWithoutItsImage) {
   vm::Fault fault{};
   fault.function = 3;
   fault.line = 12;
-  EXPECT_EQ(words.Fault(7, "Seg", fault).file, "models/walk.dyn");
+  EXPECT_EQ(words.Fault(7, "Seg", fault).place.file, "models/walk.dyn");
   EXPECT_EQ(words.Fault(7, "Seg", fault).function, "function 3");
-  EXPECT_EQ(words.Fault(8, "Seg", fault).file, "");
+  EXPECT_EQ(words.Fault(8, "Seg", fault).place.file, "");
   // Nor has a program that was deployed a name if its image is damaged.
   words.deployed()[8] = "damaged";
-  EXPECT_EQ(words.Fault(8, "Seg", fault).file, "");
+  EXPECT_EQ(words.Fault(8, "Seg", fault).place.file, "");
   vm::PrintReport print{};
   print.text = 3;
   EXPECT_EQ(words.Print(8, "Seg", print).text, "text 3 of a program that is not known here");
@@ -289,7 +289,7 @@ TEST(ProgramWordsTest, TheRunsOwnProgramIsItsOwnWhateverIsSet) {
     return vm::image::ReadU64(reinterpret_cast<const uint8_t*>(image.data()) + vm::image::kHashAt);
   };
   words.deployed()[hash_of(later)] = later;
-  EXPECT_EQ(words.Fault(hash_of(later), "Seg", {}).file, "models/walk.dyn");
+  EXPECT_EQ(words.Fault(hash_of(later), "Seg", {}).place.file, "models/walk.dyn");
   for (const uint64_t hash : {run->program_hash, hash_of(later)}) {
     EXPECT_EQ(words.SourceHash(hash), hash_of(source));
   }

@@ -56,8 +56,9 @@ TEST(OutwardModules, AFaultComesWithItsSourceLine) {
     status->num_faults = 1;
     status->faults = {fault};
   };
-  const Collector collector =
-      Convert(options, [](uint64_t, const std::string&) { return "first\nsecond\nthird\n"; });
+  const Collector collector = Convert(options, [](uint64_t, const std::string&) {
+    return SourceTexts{"first\nsecond\nthird\n", {}};
+  });
   const auto faults = collector.Of<morphbus::Fault>(OutwardTopic::kFaults);
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_EQ(faults[0].module(), "m2");
