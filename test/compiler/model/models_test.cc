@@ -78,6 +78,8 @@ TEST(Models, MateInAsManyWaysAsTheLiteratureCounts) {
   // Two bars of ATRON's northern half, and four turns; four faces of each, and four turns.
   EXPECT_EQ(CountsOf(Load("pairs"), "MTRAN_to_ATRON").connections, 2U * 4U);
   EXPECT_EQ(CountsOf(Load("pairs"), "CKBOT_to_SMORES").connections, 4U * 4U * 4U);
+  // A sole goes onto either end, one way round.
+  EXPECT_EQ(CountsOf(Load("mtran_soles"), "MTRAN_to_SOLE").connections, 2U);
   const Counts mixed = CountsOf(Load("mixed"), "MTRAN_to_TELESCOPE");
   EXPECT_EQ(mixed.candidates, 3 * 2 * 4 * 2);
   EXPECT_EQ(mixed.connections, 3U * 2U * 4U);
@@ -168,6 +170,8 @@ const Known kRobots[] = {
     {"roombots", "roombots_snake", 3, 10, 9, 9, false},
     {"dtto", "dtto_ring", 3, 6, 6, 3, true},
     {"revolve2", "spider", 17, 9, 8, 8, false},
+    // Soles are bolted to feet, and are no bodies of their own.
+    {"mtran_soles", "sensing_quadruped", 13, 18, 18, 16, true},
     {"pairs", "crane", 5, 8, 7, 7, false},
     {"pairs", "tractor", 4, 8, 7, 7, false},
     {"snakes", "mtran_snake4", 4, 9, 8, 8, false},

@@ -15,11 +15,23 @@ TEST(DiagnosticsTest, WarningsAreNoErrors) {
 
 TEST(DiagnosticsTest, ErrorsBeyondTheMostAreCountedButNotKept) {
   Diagnostics diagnostics;
-  for (int i = 0; i < 10'000; ++i) diagnostics.Error({}, "no").notes.push_back({{}, "note"});
+  for (size_t i = 0; i < 10'000; ++i) {
+    diagnostics.Error({0, i, i + 1}, "no").notes.push_back({{}, "note"});
+  }
   EXPECT_TRUE(diagnostics.full());
   EXPECT_EQ(diagnostics.error_count(), 10'000);
   ASSERT_EQ(diagnostics.all().size(), size_t{Diagnostics::kMaxErrors} + 1);
   EXPECT_EQ(diagnostics.all().back().message, "too many errors, no more are shown");
+}
+
+TEST(DiagnosticsTest, AnErrorAtOnePlaceIsKeptOnceAndCountedEachTime) {
+  Diagnostics diagnostics;
+  for (int i = 0; i < 8; ++i) diagnostics.Error({0, 5, 9}, "no").notes.push_back({{}, "note"});
+  diagnostics.Error({0, 5, 9}, "nor that");
+  diagnostics.Error({0, 6, 9}, "no");
+  EXPECT_EQ(diagnostics.error_count(), 10);
+  ASSERT_EQ(diagnostics.all().size(), 3u);
+  EXPECT_EQ(diagnostics.all()[0].notes.size(), 1u);
 }
 
 TEST(DiagnosticsTest, RenderShowsPlaceLineAndCaret) {
