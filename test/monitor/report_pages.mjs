@@ -221,9 +221,10 @@ describe('pages of report, compare and build', () => {
     });
     assert.equal(links.length, 27);
     for (const [role, colour] of links) assertAlike(colour, key[role], `${role} in the view`);
-    await drawn(page);
+    // A plot is there as soon as its line has values.
+    await page.waitForFunction((n) => document.querySelectorAll('.stroke').length >= n, lines.length);
     const strokes = await page.evaluate(
-      (n) => [...document.querySelectorAll('.stroke')].slice(-n).map((s) => getComputedStyle(s).backgroundColor),
+      (n) => [...document.querySelectorAll('.stroke')].slice(-n).map((s) => getComputedStyle(s).borderTopColor),
       lines.length,
     );
     assert.equal(strokes.length, lines.length);
