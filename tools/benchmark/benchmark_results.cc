@@ -42,12 +42,12 @@ bool IsRow(const Json& row) {
     return is(key, &Json::is_string) || is(key, &Json::is_null);
   };
   // A run that failed has no hash, but says why.
-  return std::ranges::all_of(kNames,
-                             [&](const char* name) {
-                               return is(name, &Json::is_string) ||
-                                      (name == std::string_view("settings") &&
-                                       is(name, &Json::is_null));
-                             }) &&
+  return std::ranges::all_of(
+             kNames,
+             [&](const char* name) {
+               return is(name, &Json::is_string) ||
+                      (name == std::string_view("settings") && is(name, &Json::is_null));
+             }) &&
          is("meant", &Json::is_boolean) && is("met", &Json::is_boolean) &&
          is("figures", &Json::is_object) && text_or_null("error") && text_or_null("hash") &&
          is("hash", &Json::is_string) != is("error", &Json::is_string);
