@@ -136,6 +136,22 @@ std::string ExcessOfNumbers(std::string_view bytes) {
   return "";
 }
 
+/// The lines of an OBJ file that say where corners and faces are. Materials are other files, and at
+/// words that it does not know the library has read beyond the end.
+std::string GeometryOf(std::string_view bytes) {
+  constexpr std::string_view kWords[] = {"v", "vt", "vn", "f", "l", "p", "o", "g", "s"};
+  std::string kept;
+  for (size_t begin = 0; begin < bytes.size();) {
+    const size_t end = std::min(bytes.find('\n', begin), bytes.size());
+    const std::string_view line = bytes.substr(begin, end - begin);
+    const size_t from = std::min(line.find_first_not_of(" \t\r"), line.size());
+    const std::string_view word = line.substr(from, line.find_first_of(" \t\r", from) - from);
+    if (std::ranges::find(kWords, word) != std::end(kWords)) kept.append(line).append("\n");
+    begin = end + 1;
+  }
+  return kept;
+}
+
 /// What of a scene is more than the library should process; empty if nothing is.
 std::string ExcessOf(const aiScene& scene) {
   std::vector<size_t> triangles(scene.mNumMeshes, 0);
@@ -259,7 +275,7 @@ Result<MeshTriangles> ParseAnyMesh(const std::string& name, const std::string& b
     if (const std::string excess = ExcessOfNumbers(bytes); !excess.empty()) {
       return Fail("mesh '" + name + "' " + excess);
     }
-    return ParseAs("obj", kFlags, name, bytes);
+    return ParseAs("obj", kFlags, name, GeometryOf(bytes));
   }
   if (extension == ".gltf" || extension == ".glb") {
     std::string excess = ExcessOfText(bytes);
