@@ -21,11 +21,6 @@ namespace {
 constexpr int kRounds = 1000000;
 
 constexpr char kDynaRole[] = R"(
-role Many extends Module {
-  require self.connected($UP) == 1;
-  shared load = 1.5;
-  startup own() {}
-}
 role R extends Module {
   function add(int a, int b) { return a + b; }
   function arithmetic() {
@@ -71,6 +66,11 @@ role R extends Module {
     return int(n * 10);
   }
   startup go() { arithmetic(); loop(); comparisons(); calls(); arrays(); neighbours(); neighbours_sum(); }
+}
+role Many extends Module {
+  require self.connected($UP) == 1;
+  shared load = 1.5;
+  startup own() {}
 })";
 
 constexpr char kLua[] = R"(
