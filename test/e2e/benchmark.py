@@ -138,6 +138,17 @@ class Some(Case):
         self.assertIn('of your own', self.benchmark(FOLDER, '--set', 'swing=1', status=2).stderr)
 
 
+    def test_rows_are_written_in_one_order_whichever_came_first(self):
+        folder = self.own(**{name: f'title = "{name}"\nseconds = 1\nmet = "distance >= 0"\n' for name in ('first', 'second')})
+        (folder / 'robots.toml').write_text(
+            f'[[robot]]\nmodel = "{SOURCE}/models/atron.m3l"\nrobot = "car"\nprogram = "{SOURCE}/models/programs/car.dyn"\n', encoding='utf-8')
+        for task in ('second', 'first'):
+            self.benchmark(folder, '--task', task, '--write')
+        self.assertEqual([row['task'] for row in json.loads((folder / 'results.json').read_text(encoding='utf-8'))], ['first', 'second'])
+        self.benchmark(folder)
+        own = (SOURCE / 'models' / 'atron.m3l', SOURCE / 'models' / 'programs' / 'car.dyn', '--robot', 'car', '--write')
+        self.assertIn('add your own there', self.benchmark(folder, *own, status=2).stderr)
+
     def test_what_a_robot_is_meant_to_meet_is_demanded(self):
         folder = self.own(creep='title = "far"\nseconds = 2\nmet = "distance >= 5 m"\n')
         robot = f'[[robot]]\nmodel = "{SOURCE}/models/atron.m3l"\nrobot = "car"\nprogram = "{SOURCE}/models/programs/car.dyn"\n'

@@ -101,8 +101,8 @@ Result<std::vector<Json>> ReadResults(const std::string& folder) {
   return std::vector<Json>(json.begin(), json.end());
 }
 
-Result<void> WriteResults(const std::string& folder, const std::vector<BenchmarkRow>& rows) {
-  Result<std::vector<Json>> results = ReadResults(folder);
+Result<void> WriteResults(const Benchmark& benchmark, const std::vector<BenchmarkRow>& rows) {
+  Result<std::vector<Json>> results = ReadResults(benchmark.folder);
   if (!results) return tl::unexpected(results.error());
   for (const BenchmarkRow& row : rows) {
     const Json fresh = RowJson(row);
@@ -114,12 +114,24 @@ Result<void> WriteResults(const std::string& folder, const std::vector<Benchmark
       *known = fresh;
     }
   }
+  // In the order in which all of them would run, whichever were asked for first. Rows of what is no
+  // longer there come last.
+  std::vector<Json> order;
+  for (const BenchmarkTask& task : benchmark.tasks) {
+    for (const BenchmarkRobot& robot : benchmark.robots) {
+      order.push_back(RowJson(RowOf(task, robot)));
+    }
+  }
+  std::ranges::stable_sort(*results, {}, [&order](const Json& row) {
+    return std::ranges::find_if(order, [&row](const Json& one) { return SameNames(one, row); }) -
+           order.begin();
+  });
   // A line a row, so that a change of one is a change of one line.
   std::string text = "[";
   for (const Json& row : *results) {
     text += (text.size() > 1 ? ",\n " : "\n ") + JsonText(row);
   }
-  return WriteFile(ResultsPath(folder), text + "\n]\n");
+  return WriteFile(ResultsPath(benchmark.folder), text + "\n]\n");
 }
 
 const Json* FindResult(const std::vector<Json>& results, const BenchmarkRow& row) {

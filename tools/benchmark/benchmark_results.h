@@ -32,8 +32,9 @@ Json RowJson(const BenchmarkRow& row);
 /// The rows that FOLDER/results.json has, as RowJson makes them; none without the file. Fails for
 /// one that is no such list.
 Result<std::vector<Json>> ReadResults(const std::string& folder);
-/// Writes the rows there: those of the file that are of other robots or tasks stay.
-Result<void> WriteResults(const std::string& folder, const std::vector<BenchmarkRow>& rows);
+/// Writes the rows there, by task and robot in the order of `benchmark`: those of the file that are
+/// of other robots or tasks stay.
+Result<void> WriteResults(const Benchmark& benchmark, const std::vector<BenchmarkRow>& rows);
 /// The row of `results` with the same task, model, robot, program and settings; null if there is
 /// none.
 const Json* FindResult(const std::vector<Json>& results, const BenchmarkRow& row);

@@ -201,6 +201,9 @@ int RunBenchmarks(const BenchmarkOptions& options) {
   if (!own && !(options.params.empty() && options.set.empty() && options.compiled_for.empty())) {
     return Unusable("--params, --set and --compiled-for are for a model and program of your own");
   }
+  if (own && options.write) {
+    return Unusable("--write is for the robots of robots.toml: add your own there");
+  }
   const std::optional<Benchmark> benchmark = ReadBenchmark(options.folder);
   if (!benchmark) return kUnusable;
   const Result<std::vector<Json>> results = ReadResults(options.folder);
@@ -225,7 +228,7 @@ int RunBenchmarks(const BenchmarkOptions& options) {
       std::ranges::any_of(rows, [](const BenchmarkRow& row) { return !row.outcome.error.empty(); });
   if (failed) return kFailed;
   if (options.write) {
-    if (Result<void> written = WriteResults(options.folder, rows); !written) {
+    if (Result<void> written = WriteResults(*benchmark, rows); !written) {
       return Unusable(written.error().message);
     }
   }
