@@ -283,7 +283,9 @@ export class App implements Context {
 
   private updateLists(): void {
     this.openLog();
-    if (this.session.runs.length && !this.asked) {
+    // The address has the instant at which the view holds. One that moves is not written down on the way: browsers take their
+    // time for each, and refuse more than some hundred a minute.
+    if (this.session.runs.length && !this.asked && this.clock.mode !== 'play') {
       const hash = `#${hashOf(this.layout())}`;
       if (hash !== location.hash) history.replaceState(null, '', hash);
     }
