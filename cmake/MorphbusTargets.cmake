@@ -33,8 +33,9 @@ option(MORPHBUS_TESTS_SANITIZED "Under AddressSanitizer the tests' own sources a
 # morphbus_without_instructions(TARGET SOURCES a.cc ...): for the tests' own sources, unless there are others among them.
 function(morphbus_without_instructions target)
   cmake_parse_arguments(ARG "" "" "SOURCES" ${ARGN})
+  string(REPLACE "${CMAKE_SOURCE_DIR}/test/" "" sources "${ARG_SOURCES}")
   if(MORPHBUS_SANITIZE MATCHES "address" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT MORPHBUS_TESTS_SANITIZED
-     AND NOT "${ARG_SOURCES}" MATCHES "\\.\\./|${CMAKE_SOURCE_DIR}/")
+     AND NOT "${sources}" MATCHES "\\.\\./|${CMAKE_SOURCE_DIR}/")
     set_target_properties(${target} PROPERTIES MORPHBUS_NOT_SANITIZED ON)
   endif()
 endfunction()
@@ -107,6 +108,18 @@ function(morphbus_optimize_compiling target)
   endif()
 endfunction()
 
+# morphbus_compile_as_test(TARGET SOURCES a.cc ...): for programs and libraries of the tests' own sources.
+function(morphbus_compile_as_test target)
+  target_compile_options(${target} PRIVATE ${MORPHBUS_TEST_OPTIONS})
+  morphbus_without_instructions(${target} ${ARGN})
+  morphbus_use_precompiled(${target} morphbus_pch_test)
+  if(TARGET morphbus_pch_test)
+    # What the set's headers are read with, whether or not the target itself uses them.
+    target_include_directories(${target} SYSTEM PRIVATE $<TARGET_PROPERTY:Eigen3::Eigen,INTERFACE_INCLUDE_DIRECTORIES>)
+    target_compile_definitions(${target} PRIVATE $<TARGET_PROPERTY:GTest::gtest,INTERFACE_COMPILE_DEFINITIONS>)
+  endif()
+endfunction()
+
 # morphbus_library(NAME SOURCES a.cc ... DEPS lib ...): a static library of this project.
 function(morphbus_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
@@ -117,7 +130,7 @@ function(morphbus_library name)
   target_link_libraries(${name} PUBLIC ${ARG_DEPS} morphbus_sanitize
                                 PRIVATE ${ARG_PRIVATE_DEPS} morphbus_warnings)
   if(CMAKE_CURRENT_SOURCE_DIR MATCHES "^${CMAKE_SOURCE_DIR}/test")
-    morphbus_without_instructions(${name} SOURCES ${ARG_SOURCES})
+    morphbus_compile_as_test(${name} SOURCES ${ARG_SOURCES})
   endif()
 endfunction()
 
@@ -148,9 +161,7 @@ function(morphbus_test name)
   target_include_directories(${name} SYSTEM PRIVATE ${EXPECTED_INCLUDE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} morphbus_test_source_dir GTest::gtest GTest::gtest_main
                                         morphbus_warnings morphbus_sanitize)
-  target_compile_options(${name} PRIVATE ${MORPHBUS_TEST_OPTIONS})
-  morphbus_without_instructions(${name} SOURCES ${ARG_SOURCES})
-  morphbus_use_precompiled(${name} morphbus_pch_test)
+  morphbus_compile_as_test(${name} SOURCES ${ARG_SOURCES})
   if("slow" IN_LIST ARG_LABELS)
     add_dependencies(end_to_end ${name})
     if(MORPHBUS_SANITIZE AND NOT MORPHBUS_SLOW_SANITIZED AND NOT ARG_PRIVATE_NETWORK)
@@ -200,6 +211,7 @@ function(morphbus_fuzz_target name)
   target_include_directories(${name}_replay PRIVATE ${CMAKE_SOURCE_DIR})
   target_include_directories(${name}_replay SYSTEM PRIVATE ${EXPECTED_INCLUDE_DIR})
   target_link_libraries(${name}_replay PRIVATE morphbus_replay_main ${ARG_DEPS} morphbus_warnings morphbus_sanitize)
+  morphbus_compile_as_test(${name}_replay SOURCES ${ARG_SOURCES})
   add_test(NAME ${name}_replay COMMAND ${name}_replay ${ARG_CORPUS})
   set_tests_properties(${name}_replay PROPERTIES TIMEOUT 600 LABELS fuzz)
   if(MORPHBUS_FUZZ)

@@ -1,5 +1,6 @@
 #include "compiler/dynarole/call_checker.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -142,8 +143,10 @@ bool CallChecker::IsOverNeighbours(const Expr& call) {
   const std::string& name = call.operands[0]->name;
   if (UsagesOf(NeighbourBuiltins(), name).empty()) return false;
   if (UsagesOf(FunctionBuiltins(), name).empty()) return true;
-  // Of two numbers these two are functions of the language.
-  return call.operands.size() == 2 && call.operands[1]->meaning == Meaning::kNeighbourField;
+  // Of two numbers `min` and `max` are functions of the language. What is wrong with the one
+  // argument has been said, so that it may have been meant as a field.
+  return call.operands.size() == 2 && (call.operands[1]->meaning == Meaning::kNeighbourField ||
+                                       call.operands[1]->type == Type::kError);
 }
 
 Type CallChecker::InferOverNeighbours(Expr* call) {
@@ -162,10 +165,19 @@ Type CallChecker::InferOverNeighbours(Expr* call) {
   // `count` of a set is the number of those that have told their fields.
   const bool of_set = counts && asked->type == Type::kSet;
   const int role = of_set ? RoleOf(*asked) : asked->role;
-  if ((!of_set && asked->meaning != Meaning::kNeighbourField) || role < 0) {
-    pass_.Error(asked->span, "'" + name + "' goes over a field that neighbours share").hint =
-        "for example: " + name + "(self.connected($ANY, $Role).field)" +
-        (counts ? "; for the number of a set's members write sizeof(...)" : "");
+  if (of_set && role < 0) {
+    // Where the role itself is wrong, that has been said.
+    const auto wrong = [](const ExprPtr& operand) { return operand->type == Type::kError; };
+    if (std::ranges::any_of(asked->operands, wrong)) return result;
+    pass_.Error(asked->span, "'count' counts the neighbours that play a role and share fields")
+        .Hint(
+            "name it: count(self.connected(direction, $Role)); for how many neighbours there "
+            "are write sizeof(...)");
+    return result;
+  }
+  if (asked->meaning != Meaning::kNeighbourField && !of_set) {
+    pass_.Error(asked->span, "'" + name + "' goes over a field that neighbours share")
+        .Hint("for example: " + name + "(self.connected($ANY, $Role).field)");
     return result;
   }
   // Sums and extremes are of numbers, what any or all have and `count` of those that have it of

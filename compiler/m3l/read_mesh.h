@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compiler/base/result.h"
@@ -23,9 +24,11 @@ struct MeshTriangles {
 /// area are left out. Errors as of ReadMeshHull.
 Result<MeshTriangles> ParseMesh(const std::string& name, const std::string& bytes);
 
-/// The triangles of the mesh file at `path`, by the end of its name: STL, OBJ, or glTF (.gltf,
-/// .glb) with its nodes where they stand. A file that needs another one is refused. Errors as of
-/// ReadMeshHull.
+/// How the names of mesh files end: STL, which hulls have alone, then OBJ and glTF.
+inline constexpr std::array<std::string_view, 4> kMeshEndings = {".stl", ".obj", ".gltf", ".glb"};
+
+/// The triangles of the mesh file at `path`, by the end of its name (kMeshEndings); those of glTF
+/// where its nodes stand. A file that needs another one is refused. Errors as of ReadMeshHull.
 Result<MeshTriangles> ReadMesh(const std::string& path);
 
 /// The same for the bytes of a file, which `name` stands for.

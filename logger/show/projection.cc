@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <map>
 #include <numeric>
 #include <set>
@@ -159,11 +160,28 @@ PaintedHull PaintTriangles(const SceneHull& hull, const Projection& projection) 
   return painted;
 }
 
-/// Brings a hull into view coordinates, and shades the faces that are seen.
-PaintedHull Paint(const SceneHull& hull, const Projection& projection) {
-  // Flat hulls get the thickness of a plate, so that they can be seen edge on.
-  constexpr double kPlate = 0.003;
-  const model::ConvexHull solid = model::ComputeHull(model::ThickenFlat(hull.points_L, kPlate));
+/// The solids of a scene's hulls. All modules of a type have the same links, and computing a hull
+/// takes longer than painting it; so each set of points is computed once.
+class Solids {
+ public:
+  const model::ConvexHull& Of(const std::vector<Eigen::Vector3d>& points) {
+    for (const auto& [known, solid] : solids_) {
+      if (*known == points) return solid;
+    }
+    // Flat hulls get the thickness of a plate, so that they can be seen edge on.
+    constexpr double kPlate = 0.003;
+    return solids_.emplace_back(&points, model::ComputeHull(model::ThickenFlat(points, kPlate)))
+        .second;
+  }
+
+ private:
+  /// The points, which the scene owns, and their solid.
+  std::deque<std::pair<const std::vector<Eigen::Vector3d>*, model::ConvexHull>> solids_;
+};
+
+/// Brings a hull with its solid into view coordinates, and shades the faces that are seen.
+PaintedHull Paint(const SceneHull& hull, const model::ConvexHull& solid,
+                  const Projection& projection) {
   PaintedHull painted = PlaceCorners(solid.vertices, hull.X_WL, projection);
   const Eigen::Vector3d up_V = projection.Direction(Eigen::Vector3d::UnitY());
   SideNormals sides;
@@ -337,10 +355,11 @@ Eigen::Vector3d Projection::GroundPointAt(double u, double v) const {
 
 std::vector<VisibleFace> VisibleFaces(const Scene& scene, const Projection& projection) {
   std::vector<PaintedHull> hulls;
+  Solids solids;
   // Links without a body are not seen.
   for (const SceneHull& hull : scene.hulls) {
     if (hull.points_L.empty()) continue;
-    hulls.push_back(hull.triangles.empty() ? Paint(hull, projection)
+    hulls.push_back(hull.triangles.empty() ? Paint(hull, solids.Of(hull.points_L), projection)
                                            : PaintTriangles(hull, projection));
   }
   RemoveHidden(&hulls);

@@ -137,7 +137,7 @@ class Build(SheetCase):
         self.assertTrue(mine.read_bytes().startswith(b'%PDF-'))
 
     def test_an_interrupted_one_leaves_nothing(self):
-        path = self.row(300)
+        path = self.row(100)
         before = set(os.listdir(self.folder))
         master, slave = pty.openpty()
         self.addCleanup(os.close, master)

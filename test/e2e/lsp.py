@@ -306,6 +306,12 @@ class Completion(Session):
         self.assertIn('_1', labels(condition))
         self.assertIn('gender', labels(condition))
         self.assertIn('mtran_robots.m3l', self.labels_of(self.model, 'import "|"\n'))
+        # A look may be a mesh of any kind; a hull is that of an STL.
+        meshes = [f'block.{ending}' for ending in ('glb', 'obj', 'stl')]
+        for name in (*meshes, 'block.png'):
+            (self.folder / name).touch()
+        self.assertEqual(sorted(labels('module M: unit=1\nlink l: visual=mesh("|')), meshes)
+        self.assertEqual(labels('module M: unit=1\nlink l: hull=mesh("|'), ['block.stl'])
 
     def test_of_programs(self):
         def labels(text):

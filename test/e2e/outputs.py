@@ -41,19 +41,15 @@ class Outputs(Case):
             morphbus(*arguments, output, '--force')
             self.assertNotEqual(output.read_bytes(), MINE.encode(), name)
 
-    def test_an_output_replaces_its_like_and_an_empty_file(self):
+    def test_an_output_replaces_its_like_and_an_empty_file_and_no_other_kind(self):
+        written = []
         for arguments, name in self.outputs():
             output = self.folder / name
             output.write_text('')
             morphbus(*arguments, output)
             self.assertGreater(output.stat().st_size, 0, name)
             morphbus(*arguments, output)
-
-    def test_no_kind_is_taken_for_another(self):
-        written = []
-        for arguments, name in self.outputs():
-            morphbus(*arguments, self.folder / name)
-            written.append((arguments, self.folder / name, (self.folder / name).read_bytes()))
+            written.append((arguments, output, output.read_bytes()))
         alike = {'x.dot', 'graph.dot'}, {'sheet.html', 'report.html'}, {'run.log', 'sound.log', 'walk.log'}
         for i, (arguments, output, _) in enumerate(written):
             for _, other, content in (written * 2)[i + 1:i + 4]:

@@ -173,7 +173,9 @@ class Shells(unittest.TestCase):
 class Manual(unittest.TestCase):
     def read(self, *arguments):
         """A page as people read it; fails where man warns of it."""
-        page = morphbus('man', *arguments).stdout
+        return self.shown(morphbus('man', *arguments).stdout)
+
+    def shown(self, page):
         environment = {**os.environ, 'MANWIDTH': '100', 'MANPAGER': 'cat', 'LC_ALL': 'C.UTF-8'}
         done = subprocess.run(['man', '--warnings', '-l', '-'], input=page, capture_output=True, text=True, env=environment, timeout=LIMIT)
         self.assertEqual((done.returncode, done.stderr), (0, ''))
@@ -199,8 +201,9 @@ class Manual(unittest.TestCase):
             pages = {path.name for path in pathlib.Path(folder).iterdir()}
         commands = re.findall(r'^  (\w+)', morphbus('--help').stdout.split('Subcommands:')[1].split('Examples:')[0], re.M)
         self.assertEqual(pages, {'morphbus.1'} | {f'morphbus-{command}.1' for command in commands})
-        for name in commands:
-            self.assertIn('NAME', self.read(name))
+        # One reader for all of them, one after the other.
+        together = self.shown(''.join(morphbus('man', name).stdout for name in commands))
+        self.assertEqual(re.findall(r'^NAME\n +morphbus-(\w+) - ', together, re.M), commands)
         # The commands of a command stand on its page.
         self.assertIn('morphbus sweep status', self.read('sweep'))
         self.assertIn('morphbus-run(1)', self.read())

@@ -2,7 +2,9 @@
 // What may be typed at a place, and how a call there goes on. Both go by the tokens before the
 // place and by the names of the file, as a text that is being typed seldom parses.
 
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "tools/lsp/workspace.h"
 
@@ -40,6 +42,10 @@ class ItemList {
   /// @param insert  what is typed, a snippet if it has a '$'; empty for the label itself.
   void Add(const std::string& label, ItemKind kind, const std::string& detail,
            const std::string& insert = "");
+  /// The files whose names end in one of `endings`, in the folder of the path `typed`, which
+  /// begins at that of the file at `path`; not that file.
+  void AddFiles(const std::string& path, std::string_view typed,
+                std::span<const std::string_view> endings);
   Json Take() { return std::move(items_); }
 
  private:

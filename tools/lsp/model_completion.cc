@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compiler/m3l/lexer.h"
+#include "compiler/m3l/read_mesh.h"
 #include "tools/lsp/completion.h"
 #include "tools/lsp/m3l_words.h"
 #include "tools/lsp/model_hover.h"
@@ -391,22 +392,13 @@ class ModelCompleter {
     }
   }
 
-  /// Files for an import or a mesh, beside the file itself.
+  /// Files for an import, for a hull, which is the convex one of an STL, and for a look.
   void OfferInString(const std::string& text) {
-    const bool import = at_.Before() == "import";
-    const bool mesh = at_.call() == "mesh";
-    if (!import && !mesh) return;
-    const std::filesystem::path folder =
-        (std::filesystem::path(file_.path).parent_path() / text).parent_path();
-    std::error_code error;
-    for (auto entry = std::filesystem::directory_iterator(folder, error);
-         !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
-      const std::string name = entry->path().filename();
-      const bool wanted = import ? name.ends_with(".m3l") : name.ends_with(".stl");
-      if (wanted && CanonicalPath(entry->path()) != file_.path) {
-        items_.Add(name, ItemKind::kFile, "");
-      }
-    }
+    constexpr std::string_view kModels[] = {".m3l"};
+    if (at_.Before() == "import") return items_.AddFiles(file_.path, text, kModels);
+    if (at_.call() != "mesh") return;
+    const std::span<const std::string_view> meshes(m3l::kMeshEndings);
+    items_.AddFiles(file_.path, text, at_.attribute() == "visual" ? meshes : meshes.first(1));
   }
 
   const ModelFile& file_;
@@ -427,6 +419,20 @@ void ItemList::Add(const std::string& label, ItemKind kind, const std::string& d
     if (insert.find('$') != std::string::npos) item["insertTextFormat"] = 2;
   }
   items_.push_back(std::move(item));
+}
+
+void ItemList::AddFiles(const std::string& path, std::string_view typed,
+                        std::span<const std::string_view> endings) {
+  const std::filesystem::path folder =
+      (std::filesystem::path(path).parent_path() / typed).parent_path();
+  std::error_code error;
+  for (auto entry = std::filesystem::directory_iterator(folder, error);
+       !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+    const std::string name = entry->path().filename();
+    const bool wanted =
+        std::ranges::any_of(endings, [&](std::string_view end) { return name.ends_with(end); });
+    if (wanted && CanonicalPath(entry->path()) != path) Add(name, ItemKind::kFile, "");
+  }
 }
 
 Json CompleteModel(Workspace* workspace, const std::string& path, size_t offset) {

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <vector>
 
 #include "compiler/dynarole/builtins.h"
@@ -181,7 +179,10 @@ class ProgramCompleter {
 
   Json Complete() {
     if (at_.InText()) {
-      if (at_.Before() == "import") OfferFiles();
+      constexpr std::string_view kPrograms[] = {".dyn"};
+      if (at_.Before() == "import") {
+        items_.AddFiles(program_.path, at_.Typed().substr(1), kPrograms);
+      }
       return items_.Take();
     }
     if (at_.Before() == ".") {
@@ -236,20 +237,6 @@ class ProgramCompleter {
     for (const keywords::Keyword& keyword : program_.keywords.all()) {
       if (keyword.kind != vm::KeywordKind::kLink) continue;
       items_.Add("$" + keyword.spelling, ItemKind::kValue, "a link of a module");
-    }
-  }
-
-  /// Programs in the folder of what is typed between the quotes of an import.
-  void OfferFiles() {
-    const std::filesystem::path typed(at_.Typed().substr(1));
-    const std::filesystem::path folder =
-        (std::filesystem::path(program_.path).parent_path() / typed).parent_path();
-    std::error_code error;
-    for (auto entry = std::filesystem::directory_iterator(folder, error);
-         !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
-      const std::string name = entry->path().filename();
-      const bool offered = name.ends_with(".dyn") && CanonicalPath(entry->path()) != program_.path;
-      if (offered) items_.Add(name, ItemKind::kFile, "");
     }
   }
 

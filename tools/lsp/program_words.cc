@@ -60,7 +60,8 @@ constexpr ProgramWord kWords[] = {
     {WordPlace::kValue, "self", "self.", "the module that runs the program"},
     {WordPlace::kValue, "true", "true", "the bool"},
     {WordPlace::kValue, "false", "false", "the bool"},
-    {WordPlace::kValue, "sizeof", "sizeof(${1:set})", "the number of a set's members"},
+    {WordPlace::kValue, "sizeof", "sizeof(${1:set})",
+     "how many members a set or elements an array has"},
 };
 
 struct Meaning {
@@ -147,7 +148,7 @@ constexpr Meaning kMeanings[] = {
     {"GET_CONTACT", "whether something touches the sensor"},
     {"GET_TILT", "degrees between the sensor's direction and straight up"},
     {"print", "a line with the module, its role, the time and the source line"},
-    {"sizeof", "the number of a set's members"},
+    {"sizeof", "how many members a set or elements an array has"},
     {"$ANY", "every direction, or every axis"},
     {"$NORTH", "the direction +X of the robot frame"},
     {"$SOUTH", "the direction -X of the robot frame"},

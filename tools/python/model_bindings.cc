@@ -53,7 +53,8 @@ void AddModel(py::module_& m) {
           [](const std::string& text, const std::string& name) {
             return CompileM3lText(name, text);
           },
-          py::arg("text"), py::arg("name") = "text.m3l", Released())
+          py::arg("text"), py::arg("name") = "text.m3l", Released(),
+          "The same for a text; `name` stands for the file's, from whose folder it may import.")
       .def_static("from_bytes",
                   [](const py::bytes& bytes) { return Model::FromBytes(std::string_view(bytes)); })
       .def("__bytes__", [](const Model& model) { return py::bytes(model.Bytes()); })
@@ -242,7 +243,8 @@ void AddProgram(py::module_& m) {
           [](const std::string& text, const Model& model, const std::string& name) {
             return CompileDynaRoleText(name, text, model);
           },
-          py::arg("text"), py::arg("model"), py::arg("name") = "text.dyn", Released())
+          py::arg("text"), py::arg("model"), py::arg("name") = "text.dyn", Released(),
+          "The same for a text; `name` stands for the file's, from whose folder it may import.")
       .def_static(
           "from_image",
           [](const py::bytes& image) { return Program::FromImage(std::string_view(image)); })

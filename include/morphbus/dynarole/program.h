@@ -74,7 +74,8 @@ class MORPHBUS_EXPORT Program {
 /// @param warnings  if not null, gets the warnings of a text without errors.
 MORPHBUS_EXPORT Program CompileDynaRole(const std::string& path, const Model& model,
                                         std::vector<Diagnostic>* warnings = nullptr);
-/// The same for a text in memory. `name` stands for the file's name in diagnostics.
+/// The same for a text in memory. `name` stands for the file's name in diagnostics, and for where
+/// it lies: what the text imports is read from the disk, relative to the folder of that name.
 MORPHBUS_EXPORT Program CompileDynaRoleText(const std::string& name, const std::string& text,
                                             const Model& model,
                                             std::vector<Diagnostic>* warnings = nullptr);

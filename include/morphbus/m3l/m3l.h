@@ -16,7 +16,8 @@ namespace morphbus {
 /// @param warnings  if not null, gets the warnings of a text without errors.
 MORPHBUS_EXPORT Model CompileM3l(const std::string& path,
                                  std::vector<Diagnostic>* warnings = nullptr);
-/// The same for a text in memory. `name` stands for the file's name in diagnostics.
+/// The same for a text in memory. `name` stands for the file's name in diagnostics, and for where
+/// it lies: what the text imports is read from the disk, relative to the folder of that name.
 MORPHBUS_EXPORT Model CompileM3lText(const std::string& name, const std::string& text,
                                      std::vector<Diagnostic>* warnings = nullptr);
 /// The text in canonical layout, as `morphbus format` writes it. Throws TextError where it does not

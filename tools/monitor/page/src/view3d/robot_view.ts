@@ -4,7 +4,6 @@ import {
   BackSide,
   BufferAttribute,
   BufferGeometry,
-  BoxGeometry,
   DoubleSide,
   Group,
   Line,
@@ -15,10 +14,11 @@ import {
   type Object3D,
 } from 'three';
 import type { Run } from '../model/run.ts';
-import { POSE_COLUMNS, type Shape } from '../model/run_data.ts';
+import { POSE_COLUMNS } from '../model/run_data.ts';
 import { ForceView } from './force_view.ts';
 import { fixedPoseAt } from './interpolate.ts';
-import { addEdges, LinkMaterial } from './link_material.ts';
+import { geometryOf, LinkBatches } from './link_batches.ts';
+import { LinkMaterial } from './link_material.ts';
 import { PROPAGATED, SELECTED } from './palette.ts';
 import { axesGeometry, outlineOf } from './solids.ts';
 
@@ -62,6 +62,7 @@ interface LinkView {
   name: string;
   module: string;
   object: Group;
+  /** Seen where the link is not drawn with all others of its shape: selected, or seen through. It is what is picked. */
   mesh: Mesh<BufferGeometry, LinkMaterial>;
   frame: Mesh | null;
   /** The link where its module believes it to be. */
@@ -77,32 +78,14 @@ interface Trail {
   points: Float32Array;
 }
 
-/** Faces of a shape, each with corners of its own, for they are flat; a small cube where there is no shape. */
-function geometryOf(shape: Shape | undefined): BufferGeometry {
-  let geometry: BufferGeometry;
-  if (shape) {
-    const indexed = new BufferGeometry();
-    indexed.setAttribute('position', new BufferAttribute(shape.positions, 3));
-    if (shape.ownColours) indexed.setAttribute('ownColour', new BufferAttribute(shape.ownColours, 4));
-    if (shape.indices) indexed.setIndex(new BufferAttribute(shape.indices, 1));
-    geometry = shape.indices ? indexed.toNonIndexed() : indexed;
-    geometry.computeVertexNormals();
-  } else {
-    geometry = new BoxGeometry(0.02, 0.02, 0.02).toNonIndexed();
-  }
-  addEdges(geometry);
-  if (!geometry.hasAttribute('ownColour')) {
-    const none = new Float32Array(geometry.getAttribute('position').count * 4);
-    geometry.setAttribute('ownColour', new BufferAttribute(none, 4));
-  }
-  return geometry;
-}
-
 export class RobotView {
   readonly group = new Group();
   /** The mean of the links' places as they were last shown, in the world of the run. */
   readonly centre = new Vector3();
   private links: LinkView[] = [];
+  private readonly batches = new LinkBatches();
+  /** How each module was drawn last. */
+  private readonly looks = new Map<string, ModuleLook>();
   private readonly obstacles = new Map<string, Mesh<BufferGeometry, LinkMaterial>>();
   private trails: Trail[] = [];
   private trailKey = '';
@@ -121,7 +104,7 @@ export class RobotView {
   private readonly outlineMaterial = new MeshBasicMaterial({ color: SELECTED, side: BackSide });
 
   constructor(readonly run: Run) {
-    this.group.add(this.forces.group);
+    this.group.add(this.forces.group, this.batches.group);
   }
 
   /** The links' meshes, for picking. */
@@ -134,11 +117,12 @@ export class RobotView {
     return this.links.find((link) => link.mesh === mesh)?.module ?? null;
   }
 
-  /** By module the mean place of its links in the world of the scene. */
-  modulePlaces(): Map<string, Vector3> {
+  /** By module, of those that are `wanted` as they were last drawn, the mean place of its links in the world of the scene. */
+  modulePlaces(wanted: (look: ModuleLook) => boolean): Map<string, Vector3> {
     const sums = new Map<string, { sum: Vector3; n: number }>();
     for (const link of this.links) {
-      if (!link.object.visible) continue;
+      const look = this.looks.get(link.module);
+      if (!link.object.visible || !look || !wanted(look)) continue;
       const entry = sums.get(link.module) ?? { sum: new Vector3(), n: 0 };
       entry.sum.add(link.object.position);
       entry.n++;
@@ -171,6 +155,8 @@ export class RobotView {
     const row = this.run.poses.rowAt(time + 1e-9);
     this.centre.set(0, 0, 0);
     let n = 0;
+    this.looks.clear();
+    this.batches.begin();
     this.links.forEach((link, index) => {
       const pose = fixedPoseAt(this.run, index, row, time);
       link.object.visible = pose !== null;
@@ -179,11 +165,19 @@ export class RobotView {
       link.object.quaternion.set(pose.q[1], pose.q[2], pose.q[3], pose.q[0]);
       this.centre.add(link.object.position);
       n++;
-      const { colour, lost } = look(link.module);
+      const known = this.looks.get(link.module) ?? look(link.module);
+      this.looks.set(link.module, known);
+      const opacity = known.lost ? LOST : options.translucent ? TRANSLUCENT : 1;
       this.showOutline(link, selected === link.module);
-      this.paint(link, colour, selected === link.module, lost ? LOST : options.translucent ? TRANSLUCENT : 1);
+      this.paint(link, known.colour, selected === link.module, opacity);
+      link.mesh.visible = selected === link.module || opacity < 1;
+      if (!link.mesh.visible) {
+        link.object.updateMatrix();
+        this.batches.add(link.mesh.geometry, link.object.matrix, link.mesh.material.color);
+      }
       this.showFrame(link, options.frames && (selected === null || selected === link.module));
     });
+    this.batches.end();
     this.showGhosts(time, options.propagated);
     this.forces.show(this.run, time, options.forces, (link) => this.placeOf(link));
     if (n) this.centre.divideScalar(n);
@@ -194,9 +188,9 @@ export class RobotView {
     this.outlineMaterial.dispose();
     for (const link of this.links) {
       link.outline?.geometry.dispose();
-      link.mesh.geometry.dispose();
       link.mesh.material.dispose();
     }
+    this.batches.dispose();
     for (const mesh of this.obstacles.values()) {
       mesh.geometry.dispose();
       mesh.material.dispose();
@@ -285,8 +279,7 @@ export class RobotView {
 
   private makeLink(name: string): LinkView {
     const shape = this.run.shapes.get(name);
-    const geometry = geometryOf(shape);
-    const mesh = new Mesh(geometry, new LinkMaterial());
+    const mesh = new Mesh(this.batches.geometryOf(shape), new LinkMaterial());
     const object = new Group();
     object.add(mesh);
     this.group.add(object);

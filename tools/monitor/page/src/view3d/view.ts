@@ -269,10 +269,11 @@ export class View3D {
   private names(): { text: string; place: Vector3; kind: string }[] {
     const names: { text: string; place: Vector3; kind: string }[] = [];
     for (const robot of this.robots) {
-      for (const [module, place] of robot.modulePlaces()) {
-        const lost = this.lost(robot.run, module);
-        if (lost) names.push({ text: `${module} lost`, place, kind: 'lost' });
-        else if (this.options.names) names.push({ text: module, place, kind: 'module' });
+      for (const [module, place] of robot.modulePlaces((look) => look.lost)) {
+        names.push({ text: `${module} lost`, place, kind: 'lost' });
+      }
+      for (const [module, place] of robot.modulePlaces((look) => this.options.names && !look.lost)) {
+        names.push({ text: module, place, kind: 'module' });
       }
       if (this.robots.length < 2 || this.options.layout !== 'beside' || !robot.run.poses.length) continue;
       const place = robot.centre.clone().add(robot.group.position);
