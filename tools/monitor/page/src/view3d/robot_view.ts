@@ -17,7 +17,7 @@ import type { Run } from '../model/run.ts';
 import { POSE_COLUMNS } from '../model/run_data.ts';
 import { ForceView } from './force_view.ts';
 import { fixedPoseAt } from './interpolate.ts';
-import { geometryOf, LinkBatches } from './link_batches.ts';
+import { geometryOf, LinkBatches, type Sight } from './link_batches.ts';
 import { LinkMaterial } from './link_material.ts';
 import { PROPAGATED, SELECTED } from './palette.ts';
 import { axesGeometry, outlineOf } from './solids.ts';
@@ -131,6 +131,11 @@ export class RobotView {
     return new Map([...sums].map(([module, { sum, n }]) => [module, sum.divideScalar(n).add(this.group.position)]));
   }
 
+  /** How many links are there to be seen. */
+  get placed(): number {
+    return this.links.filter((link) => link.object.visible).length;
+  }
+
   /** The largest distance of a link from `centre`, with room for its shape, metres; and the half extent along z (east). */
   extent(): { radius: number; halfWidth: number } {
     let radius = 0;
@@ -156,7 +161,6 @@ export class RobotView {
     this.centre.set(0, 0, 0);
     let n = 0;
     this.looks.clear();
-    this.batches.begin();
     this.links.forEach((link, index) => {
       const pose = fixedPoseAt(this.run, index, row, time);
       link.object.visible = pose !== null;
@@ -171,17 +175,23 @@ export class RobotView {
       this.showOutline(link, selected === link.module);
       this.paint(link, known.colour, selected === link.module, opacity);
       link.mesh.visible = selected === link.module || opacity < 1;
-      if (!link.mesh.visible) {
-        link.object.updateMatrix();
-        this.batches.add(link.mesh.geometry, link.object.matrix, link.mesh.material.color);
-      }
       this.showFrame(link, options.frames && (selected === null || selected === link.module));
     });
-    this.batches.end();
     this.showGhosts(time, options.propagated);
     this.forces.show(this.run, time, options.forces, (link) => this.placeOf(link));
     if (n) this.centre.divideScalar(n);
     this.showTrails(time, row, options, (module) => look(module).colour, trailed);
+  }
+
+  /** Draws what show() placed, as it is seen from there. */
+  draw(sight: Sight): void {
+    this.batches.begin();
+    for (const { object, mesh } of this.links) {
+      if (!object.visible || mesh.visible) continue;
+      object.updateMatrix();
+      this.batches.add(mesh.geometry, object.matrix, mesh.material.color, sight);
+    }
+    this.batches.end();
   }
 
   dispose(): void {

@@ -14,6 +14,7 @@ import {
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Run } from '../model/run.ts';
 import { Ground } from './ground.ts';
+import { sightOf } from './link_batches.ts';
 import { RobotView, type ModuleLook, type RobotOptions } from './robot_view.ts';
 import { ViewOverlay } from './overlay.ts';
 
@@ -38,6 +39,9 @@ const THEMES = {
 /** Frames that follow each other later than this are slow, milliseconds; and how coarse pixels may get for it. */
 const SLOW_FRAME = 45;
 const LEAST_PIXEL_RATIO = 0.75;
+/** How far the camera may go from most robots, and how far it sees, metres. */
+const MOST_DISTANCE = 12;
+const FAR = 40;
 /** Robots that moved by less than this, metres, are not followed. */
 const FOLLOW_FROM = 1e-4;
 
@@ -71,7 +75,7 @@ export class View3D {
   frames = 0;
 
   private readonly scene = new Scene();
-  private readonly camera = new PerspectiveCamera(38, 1, 0.02, 40);
+  private readonly camera = new PerspectiveCamera(38, 1, 0.02, FAR);
   private readonly renderer: WebGLRenderer;
   private readonly controls: OrbitControls;
   private readonly ground = new Ground();
@@ -79,6 +83,9 @@ export class View3D {
   private robots: RobotView[] = [];
   private readonly target = new Vector3(0, 0.08, 0);
   private framed = false;
+  /** How many links were seen when the camera was placed, and whether somebody has placed it elsewhere since. */
+  private framedLinks = 0;
+  private held = false;
   private wantedCamera: number[] | null = null;
   private dirty = true;
   private shownTime = NaN;
@@ -109,8 +116,9 @@ export class View3D {
     this.controls.enableDamping = false;
     this.controls.maxPolarAngle = Math.PI * 0.495;
     this.controls.minDistance = 0.15;
-    this.controls.maxDistance = 12;
+    this.controls.maxDistance = MOST_DISTANCE;
     this.controls.addEventListener('change', () => (this.dirty = true));
+    this.controls.addEventListener('start', () => (this.held = true));
     this.resetCamera();
     this.listenForClicks(canvas);
     // A canvas that changes its size is empty: it is drawn again before the browser shows it.
@@ -138,6 +146,8 @@ export class View3D {
     this.robots = runs.map((run) => new RobotView(run));
     for (const robot of this.robots) this.scene.add(robot.group);
     this.framed = false;
+    this.framedLinks = 0;
+    this.held = false;
     this.dirty = true;
   }
 
@@ -183,6 +193,10 @@ export class View3D {
     const half = (this.camera.fov * Math.PI) / 360;
     const halfWidth = Math.atan(Math.tan(half) * this.camera.aspect);
     const distance = Math.max(radius / Math.sin(halfWidth), (FLATNESS * radius) / Math.sin(half));
+    // Of a robot of many metres both ends are in sight, too.
+    this.controls.maxDistance = Math.max(MOST_DISTANCE, 2 * distance);
+    this.camera.far = Math.max(FAR, 2 * this.controls.maxDistance);
+    this.camera.updateProjectionMatrix();
     this.controls.target.copy(this.target);
     this.camera.position.copy(this.target).addScaledVector(VIEWPOINT, distance * 0.95);
     this.controls.update();
@@ -199,6 +213,9 @@ export class View3D {
     this.shownTime = time;
     this.placeRobots(time);
     this.followRobots();
+    for (const robot of this.robots) {
+      robot.draw(sightOf(this.camera, this.container.clientHeight, robot.group.position));
+    }
     this.renderer.render(this.scene, this.camera);
     this.overlay.draw(this.camera, this.names());
     this.frames++;
@@ -233,8 +250,12 @@ export class View3D {
     const centre = new Vector3();
     for (const robot of shown) centre.add(robot.centre).add(robot.group.position);
     centre.divideScalar(shown.length);
+    // Where modules become known one after the other, the camera goes back for them until somebody has placed it.
+    const links = this.robots.reduce((sum, robot) => sum + robot.placed, 0);
+    if (links > this.framedLinks && !this.held) this.framed = false;
     if (!this.framed) {
       this.framed = shown.length === this.robots.length;
+      this.framedLinks = links;
       this.target.copy(centre);
       this.resetCamera();
     } else if (this.options.follow) {
@@ -251,6 +272,7 @@ export class View3D {
     if (this.wantedCamera && this.framed) {
       const [x, y, z, ...to] = this.wantedCamera;
       this.wantedCamera = null;
+      this.held = true;
       this.camera.position.set(x, y, z).add(this.target);
       this.controls.target.set(to[0], to[1], to[2]).add(this.target);
       this.controls.update();
@@ -262,6 +284,7 @@ export class View3D {
   /** Lays robots and camera out anew with the next frame, after a change of layout. */
   reframe(): void {
     this.framed = false;
+    this.held = false;
     this.dirty = true;
   }
 
