@@ -1,7 +1,6 @@
 /**
  * Links that look alike but for their colour and place, drawn in one go: a robot of 500 modules has 1,500 links of three
- * shapes. What is out of sight is left out, and what is small has few faces: drawn by software, a thousand triangles take
- * half a millisecond, seen or not.
+ * shapes. What is out of sight is left out, for without a graphics processor it takes as long as what is seen.
  */
 
 import {
@@ -17,14 +16,12 @@ import {
   Vector3,
   type Color,
 } from 'three';
-import { ConvexGeometry } from 'three/addons/geometries/ConvexGeometry.js';
 import type { Shape } from '../model/run_data.ts';
 import { addEdges, LinkMaterial } from './link_material.ts';
+import { fewFacesOf, SmallLinks } from './small_links.ts';
 
 /** A link less wide than so many pixels of the page is drawn with few faces. */
 const SMALL = 30;
-/** Those of a body with more triangles than this are worth being left out. */
-const MANY_CORNERS = 3 * 40;
 
 /** From where the robot is seen, in the frame of its group. */
 export interface Sight {
@@ -46,47 +43,19 @@ export function sightOf(camera: PerspectiveCamera, height: number, place: Vector
   };
 }
 
-/** Instances of one geometry. */
-interface Instances {
-  geometry: BufferGeometry;
-  mesh: InstancedMesh<BufferGeometry, LinkMaterial> | null;
-  count: number;
-}
-
 /** Links of one shape. */
 interface Batch {
   shape: Shape | undefined;
-  /** How many links have the shape. */
-  links: number;
-  /** As it is, and with few faces; null where it has few. */
-  fine: Instances;
-  coarse: Instances | null;
+  geometry: BufferGeometry;
+  /** Corners of the few faces that it has where it is small; empty if it has no others. */
+  small: Float32Array;
   /** What it fills about the origin of its link, metres. */
   radius: number;
+  /** How many links have the shape, and how many of them are drawn as they are. */
+  links: number;
+  count: number;
+  mesh: InstancedMesh<BufferGeometry, LinkMaterial> | null;
 }
-
-/** A body with at most 24 faces around another one: the hull of its corners that lie farthest in 14 directions. */
-function coarseOf(geometry: BufferGeometry): BufferGeometry {
-  const position = geometry.getAttribute('position');
-  const farthest = new Map<number, Vector3>();
-  for (const direction of DIRECTIONS) {
-    let best = 0;
-    let most = -Infinity;
-    for (let i = 0; i < position.count; i++) {
-      const reach = direction.x * position.getX(i) + direction.y * position.getY(i) + direction.z * position.getZ(i);
-      if (reach > most + 1e-9) [best, most] = [i, reach];
-    }
-    farthest.set(best, new Vector3().fromBufferAttribute(position, best));
-  }
-  const coarse = new ConvexGeometry([...farthest.values()]);
-  coarse.deleteAttribute('uv');
-  return withEdges(coarse);
-}
-
-/** The axes and the corners of a cube. */
-const DIRECTIONS = [-1, 0, 1]
-  .flatMap((x) => [-1, 0, 1].flatMap((y) => [-1, 0, 1].map((z) => new Vector3(x, y, z))))
-  .filter((d) => [1, 3].includes(d.lengthSq()));
 
 /** With what a LinkMaterial wants. */
 function withEdges(geometry: BufferGeometry): BufferGeometry {
@@ -134,7 +103,12 @@ export class LinkBatches {
   readonly group = new Group();
   private readonly batches: Batch[] = [];
   private readonly byGeometry = new Map<BufferGeometry, Batch>();
+  private readonly smallLinks = new SmallLinks();
   private readonly sphere = new Sphere();
+
+  constructor() {
+    this.group.add(this.smallLinks.mesh);
+  }
 
   /** The geometry for one more link of a shape, which all links of that shape have in common. */
   geometryOf(shape: Shape | undefined): BufferGeometry {
@@ -142,20 +116,18 @@ export class LinkBatches {
     if (!batch) {
       batch = makeBatch(shape);
       this.batches.push(batch);
-      this.byGeometry.set(batch.fine.geometry, batch);
+      this.byGeometry.set(batch.geometry, batch);
     }
     batch.links++;
-    return batch.fine.geometry;
+    return batch.geometry;
   }
 
   /** Begins a picture: what is drawn of it is added next. */
   begin(): void {
+    this.smallLinks.begin();
     for (const batch of this.batches) {
-      for (const instances of [batch.fine, batch.coarse]) {
-        if (!instances) continue;
-        instances.count = 0;
-        if ((instances.mesh?.instanceMatrix.count ?? 0) < batch.links) this.makeRoom(instances, batch.links);
-      }
+      batch.count = 0;
+      if ((batch.mesh?.instanceMatrix.count ?? 0) < batch.links) this.makeRoom(batch);
     }
   }
 
@@ -167,15 +139,16 @@ export class LinkBatches {
     this.sphere.radius = batch.radius;
     if (!sight.frustum.intersectsSphere(this.sphere)) return;
     const pixels = (2 * batch.radius * sight.pixels) / this.sphere.center.distanceTo(sight.eye);
-    const instances = batch.coarse && pixels < SMALL ? batch.coarse : batch.fine;
-    instances.mesh?.setMatrixAt(instances.count, place);
-    instances.mesh?.setColorAt(instances.count, colour);
-    instances.count++;
+    if (pixels < SMALL && batch.small.length) return this.smallLinks.add(batch.small, place, colour);
+    batch.mesh?.setMatrixAt(batch.count, place);
+    batch.mesh?.setColorAt(batch.count, colour);
+    batch.count++;
   }
 
   /** Ends a picture. */
   end(): void {
-    for (const { mesh, count } of this.instances()) {
+    this.smallLinks.end();
+    for (const { mesh, count } of this.batches) {
       if (!mesh) continue;
       mesh.count = count;
       mesh.visible = count > 0;
@@ -185,23 +158,20 @@ export class LinkBatches {
   }
 
   dispose(): void {
-    for (const { geometry, mesh } of this.instances()) {
+    this.smallLinks.dispose();
+    for (const { geometry, mesh } of this.batches) {
       geometry.dispose();
       mesh?.material.dispose();
       mesh?.dispose();
     }
   }
 
-  private instances(): Instances[] {
-    return this.batches.flatMap(({ fine, coarse }) => (coarse ? [fine, coarse] : [fine]));
-  }
-
-  private makeRoom(instances: Instances, links: number): void {
-    const before = instances.mesh;
-    instances.mesh = new InstancedMesh(instances.geometry, before?.material ?? new LinkMaterial(), links);
+  private makeRoom(batch: Batch): void {
+    const before = batch.mesh;
+    batch.mesh = new InstancedMesh(batch.geometry, before?.material ?? new LinkMaterial(), batch.links);
     // Each of its links is asked whether it is in sight.
-    instances.mesh.frustumCulled = false;
-    this.group.add(instances.mesh);
+    batch.mesh.frustumCulled = false;
+    this.group.add(batch.mesh);
     if (!before) return;
     this.group.remove(before);
     before.dispose();
@@ -212,13 +182,6 @@ function makeBatch(shape: Shape | undefined): Batch {
   const geometry = geometryOf(shape);
   geometry.computeBoundingSphere();
   const { center, radius } = geometry.boundingSphere ?? new Sphere();
-  const coarse = geometry.getAttribute('position').count > MANY_CORNERS ? coarseOf(geometry) : null;
-  return {
-    shape,
-    links: 0,
-    fine: { geometry, mesh: null, count: 0 },
-    // What is flat has no hull.
-    coarse: coarse?.getAttribute('position').count ? { geometry: coarse, mesh: null, count: 0 } : null,
-    radius: center.length() + radius,
-  };
+  const small = shape ? fewFacesOf(geometry) : new Float32Array(0);
+  return { shape, geometry, small, radius: center.length() + radius, links: 0, count: 0, mesh: null };
 }
