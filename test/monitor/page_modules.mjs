@@ -1,7 +1,7 @@
 // The page in a browser against a server inside it: modules that are lost, selected, pushed, and what happened to them.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
-import { drawn, keepShot, launch, openLive, pixelsOf, text } from './browser.mjs';
+import { drawn, keepShot, launch, openLive, openMock, pixelsOf, text } from './browser.mjs';
 
 let browser;
 before(async () => (browser = await launch()));
@@ -189,4 +189,45 @@ test('marks on the time line have labels, tell what happened, and lead there', a
   await page.waitForFunction(() => Math.abs(window.monitor.time - 0.98) < 1e-9);
   await page.mouse.move(track.x + track.width * 0.7, track.y + track.height / 2);
   await page.waitForSelector('.mark-tip', { state: 'hidden' });
+});
+
+test('of many modules all are in sight, drawn in a few calls, and each can be picked', async () => {
+  const page = await openMock(browser, 'large');
+  await page.waitForFunction(() => window.monitor.session.runs[0]?.poses.length > 50);
+  await drawn(page);
+  const view = () =>
+    page.evaluate(() => {
+      const { view } = window.monitor.scene;
+      const { calls, triangles } = view.renderer.info.render;
+      const [robot] = view.robots;
+      const seen = [...robot.modulePlaces(() => true)].map(([module, place]) => {
+        const { x, y, z } = place.clone().project(view.camera);
+        return { module, x, y, z };
+      });
+      return { calls, triangles, seen };
+    });
+  const whole = await view();
+  assert.equal(whole.seen.length, 300);
+  for (const { module, x, y, z } of whole.seen)
+    assert.ok(Math.max(Math.abs(x), Math.abs(y)) < 1 && z < 1, `${module} is in sight: ${x} ${y} ${z}`);
+  assert.ok(whole.calls < 10, `${whole.calls} calls for 600 links`);
+  assert.ok(whole.triangles >= 600 * 12, `${whole.triangles} triangles: all links are drawn`);
+  // Where the middle and both ends of the row are, no ground is seen, and a click finds them.
+  const picture = await pixelsOf(page, '.stage');
+  for (const at of [0, 150, 299]) {
+    const { module, x, y } = whole.seen[at];
+    const [u, v] = [Math.round(((x + 1) / 2) * picture.width), Math.round(((1 - y) / 2) * picture.height)];
+    const ground = picture.at(u, v + 40);
+    const contrast = Math.max(...[-2, 0, 2].map((d) => Math.max(...picture.at(u, v + d).map((c, i) => Math.abs(c - ground[i])))));
+    assert.ok(contrast > 40, `${module} is drawn at ${u}, ${v}`);
+  }
+  await keepShot(page, 'many');
+  // Near one end the others are out of sight, and are not drawn.
+  await page.evaluate(() => window.monitor.scene.view.setCamera([0, 1, 0.5, 0, 0, 0]));
+  await drawn(page);
+  const near = await view();
+  assert.ok(near.triangles < whole.triangles / 4, `${near.triangles} of ${whole.triangles} triangles`);
+  await page.locator('.stage canvas').click();
+  assert.match(await page.evaluate(() => window.monitor.selected?.module ?? 'none'), /^m\d+$/);
+  assert.deepEqual(page.problems, []);
 });

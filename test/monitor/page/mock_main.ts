@@ -6,6 +6,7 @@ import descriptors from '../schemas/monitor.bin';
 const CASES: Record<string, MockSource[]> = {
   none: [],
   live: [{ name: 'walk', kind: 'live', robot: 'row', modules: 5 }],
+  large: [{ name: 'many', kind: 'log', robot: 'row', modules: 300, seconds: 2 }],
   late: [
     { name: 'walk-past', kind: 'log', robot: 'row', modules: 3, seconds: 4, pastOf: 'walk' },
     { name: 'walk', kind: 'live', robot: 'row', modules: 3 },

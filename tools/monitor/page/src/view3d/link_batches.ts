@@ -18,10 +18,11 @@ import {
 } from 'three';
 import type { Shape } from '../model/run_data.ts';
 import { addEdges, LinkMaterial } from './link_material.ts';
-import { fewFacesOf, SmallLinks } from './small_links.ts';
+import { boxOf, fewFacesOf, SmallLinks } from './small_links.ts';
 
-/** A link less wide than so many pixels of the page is drawn with few faces. */
+/** A link less wide than so many pixels of the page is drawn with few faces, and as a box. */
 const SMALL = 30;
+const TINY = 10;
 
 /** From where the robot is seen, in the frame of its group. */
 export interface Sight {
@@ -47,8 +48,9 @@ export function sightOf(camera: PerspectiveCamera, height: number, place: Vector
 interface Batch {
   shape: Shape | undefined;
   geometry: BufferGeometry;
-  /** Corners of the few faces that it has where it is small; empty if it has no others. */
+  /** Corners of the few faces that it has where it is small, and of its box; empty if it is drawn as it is. */
   small: Float32Array;
+  tiny: Float32Array;
   /** What it fills about the origin of its link, metres. */
   radius: number;
   /** How many links have the shape, and how many of them are drawn as they are. */
@@ -139,7 +141,8 @@ export class LinkBatches {
     this.sphere.radius = batch.radius;
     if (!sight.frustum.intersectsSphere(this.sphere)) return;
     const pixels = (2 * batch.radius * sight.pixels) / this.sphere.center.distanceTo(sight.eye);
-    if (pixels < SMALL && batch.small.length) return this.smallLinks.add(batch.small, place, colour);
+    const corners = pixels < TINY ? batch.tiny : batch.small;
+    if (pixels < SMALL && corners.length) return this.smallLinks.add(corners, place, colour);
     batch.mesh?.setMatrixAt(batch.count, place);
     batch.mesh?.setColorAt(batch.count, colour);
     batch.count++;
@@ -182,6 +185,8 @@ function makeBatch(shape: Shape | undefined): Batch {
   const geometry = geometryOf(shape);
   geometry.computeBoundingSphere();
   const { center, radius } = geometry.boundingSphere ?? new Sphere();
+  // A link without a shape is a box already.
   const small = shape ? fewFacesOf(geometry) : new Float32Array(0);
-  return { shape, geometry, small, radius: center.length() + radius, links: 0, count: 0, mesh: null };
+  const tiny = shape ? boxOf(geometry) : small;
+  return { shape, geometry, small, tiny, radius: center.length() + radius, links: 0, count: 0, mesh: null };
 }
