@@ -118,7 +118,7 @@ export class RobotView {
   }
 
   /** By module, of those that are `wanted` as they were last drawn, the mean place of its links in the world of the scene. */
-  modulePlaces(wanted: (look: ModuleLook) => boolean): Map<string, Vector3> {
+  modulePlaces(wanted: (look: ModuleLook) => boolean = () => true): Map<string, Vector3> {
     const sums = new Map<string, { sum: Vector3; n: number }>();
     for (const link of this.links) {
       const look = this.looks.get(link.module);
