@@ -194,6 +194,8 @@ test('marks on the time line have labels, tell what happened, and lead there', a
 test('of many modules all are in sight, drawn in a few calls, and each can be picked', async () => {
   const page = await openMock(browser, 'large');
   await page.waitForFunction(() => window.monitor.session.runs[0]?.poses.length > 50);
+  // Each trail and each force is drawn by itself.
+  await page.evaluate(() => ['trails', 'forces'].forEach((flag) => window.monitor.scene.toggle(flag)));
   await drawn(page);
   const view = () =>
     page.evaluate(() => {
