@@ -13,6 +13,8 @@ import { recall, remember } from './settings.ts';
 
 /** Lengths of the window of time, seconds; 0: all that is there. */
 const WINDOWS = [5, 10, 30, 60, 120, 0];
+/** Trails of more links hide the robot, and take long to draw. */
+const MOST_TRAILS = 24;
 /** How much a key zooms. */
 const KEY_ZOOM = 1.5;
 
@@ -253,7 +255,8 @@ function trailed<T>(items: readonly T[], name: (item: T) => string): T[] {
 
 /** The links of a run that leave trails: its feet, else all with a label. */
 export function trailedLinks(run: Run): string[] {
-  return trailed([...labelledLinks(run)], ([name]) => name).flatMap(([, links]) => links);
+  const links = trailed([...labelledLinks(run)], ([name]) => name).flatMap(([, links]) => links);
+  return links.slice(0, MOST_TRAILS);
 }
 
 /** "module.joint" of every label of a joint, the lower parts of legs first. */
