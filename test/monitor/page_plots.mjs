@@ -119,6 +119,60 @@ test('plots zoom and move, show what is under the pointer, derive, and are saved
   assert.deepEqual(page.problems, []);
 });
 
+test('fingers move and zoom plots, select modules and turn the view', async () => {
+  const page = await live(1000);
+  const client = await page.context().newCDPSession(page);
+  /** All fingers that are on the screen now; none ends the touch. */
+  const touch = (type, ...fingers) =>
+    client.send('Input.dispatchTouchEvent', { type, touchPoints: fingers.map(([x, y], id) => ({ x, y, id })) });
+  const shown = () =>
+    page.evaluate(() => {
+      const { plot } = window.monitor.plots.views[0];
+      return [plot.from, plot.to];
+    });
+  const shows = (from, to) =>
+    page.waitForFunction(
+      ([a, b]) => {
+        const { plot } = window.monitor.plots.views[0];
+        return Math.abs(plot.from - a) < 0.2 && Math.abs(plot.to - b) < 0.2;
+      },
+      [from, to],
+    );
+  const [begin, end] = await shown();
+  const box = await page.locator('.plot-canvas').first().boundingBox();
+  const at = (share) => box.x + 54 + (box.width - 64) * share;
+  const y = box.y + box.height / 2;
+  // One finger takes the time under it along; the first pixels may be taken for a tap.
+  await touch('touchStart', [at(0.25), y]);
+  for (const share of [0.35, 0.45, 0.5]) await touch('touchMove', [at(share), y]);
+  await touch('touchEnd');
+  await shows(begin - 2.5, end - 2.5);
+  // Of two that go apart to twice their distance half of the time is left between them.
+  await touch('touchStart', [at(0.4), y], [at(0.6), y]);
+  for (const spread of [0.13, 0.17, 0.2]) await touch('touchMove', [at(0.5 - spread), y], [at(0.5 + spread), y]);
+  await touch('touchEnd');
+  await shows(begin, begin + 5);
+  // A tap selects the module under it, and a finger turns the view.
+  const stage = await page.locator('.stage canvas').boundingBox();
+  const [x, z] = await page.evaluate(() => {
+    const { view } = window.monitor.scene;
+    const place = view.robots[0].modulePlaces().get('m3').project(view.camera);
+    return [(place.x + 1) / 2, (1 - place.y) / 2];
+  });
+  const finger = [stage.x + x * stage.width, stage.y + z * stage.height];
+  await touch('touchStart', finger);
+  await touch('touchEnd');
+  await page.waitForFunction(() => window.monitor.selected?.module === 'm3');
+  const camera = () => page.evaluate(() => window.monitor.scene.view.cameraPlace);
+  const before = await camera();
+  await touch('touchStart', finger);
+  for (const dx of [20, 60, 120]) await touch('touchMove', [finger[0] + dx, finger[1]]);
+  await touch('touchEnd');
+  const turned = Math.hypot(...(await camera()).map((c, i) => c - before[i]));
+  assert.ok(turned > 0.05, `the camera went ${turned} m`);
+  assert.deepEqual(page.problems, []);
+});
+
 test('two logs are shown beside each other with the difference of their labelled links', async () => {
   const page = await openMock(browser, 'two');
   await page.waitForFunction(() => window.monitor.session.difference?.table.length === 1001);
