@@ -203,7 +203,7 @@ class Manual(unittest.TestCase):
         self.assertEqual(pages, {'morphbus.1'} | {f'morphbus-{command}.1' for command in commands})
         # One reader for all of them, one after the other.
         together = self.shown(''.join(morphbus('man', name).stdout for name in commands))
-        self.assertEqual(re.findall(r'^NAME\n +morphbus-(\w+) - ', together, re.M), commands)
+        self.assertEqual(re.findall(r'^NAME\n +morphbus-(\w+) +- ', together, re.M), commands)
         # The commands of a command stand on its page.
         self.assertIn('morphbus sweep status', self.read('sweep'))
         self.assertIn('morphbus-run(1)', self.read())
