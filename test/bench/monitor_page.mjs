@@ -3,7 +3,6 @@
 // robot that runs in real time, of a log that is played with nothing else running, and of a log of 500 modules, once the page has
 // it whole. Goals: 20, 30 and 20.
 // Usage: test/bench/monitor_page.mjs BUILD_FOLDER [SECONDS]
-import { writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
@@ -17,7 +16,7 @@ process.env.MORPHBUS_SOURCE = fileURLToPath(new URL('../..', import.meta.url));
 process.env.MORPHBUS_PAGE_WORK = resolve(folder, 'tools/monitor/page');
 process.env.MORPHBUS_SHOTS = join(resolve(folder), 'monitor');
 const { launch, newPage } = await import('../monitor/browser.mjs');
-const { Demo, MODEL } = await import('../monitor/demo.mjs');
+const { Demo } = await import('../monitor/demo.mjs');
 
 /** Frames a second that the view draws while it is looked at. */
 async function measure(page) {
@@ -28,32 +27,6 @@ async function measure(page) {
     await new Promise((done) => setTimeout(done, wanted * 1000));
     return ((view.frames - frames) * 1000) / (performance.now() - began);
   }, Number(seconds));
-}
-
-/** A log of a row of modules that all wave: a robot that nothing holds up, for what it weighs would break it. */
-function recordRow(demo, modules, seconds) {
-  const [model, program, log] = ['row.m3l', 'wave.dyn', 'row.log'].map((name) => join(demo.folder, name));
-  const names = Array.from({ length: modules }, (_, i) => `m${i}`);
-  const pairs = names.slice(1).map((name, i) => `(${names[i]}.c2, ${name}.c5)`);
-  writeFileSync(
-    model,
-    `import "${MODEL}"\nrobot row: modules=(${names.map((name) => `MTRAN ${name}`).join()}), connections=(${pairs.join()})\n`,
-  );
-  writeFileSync(
-    program,
-    `role Wave extends Module {
-  behavior wave() {
-    self.JOINT_1.SET_POSITION(20);
-    self.sleepds(3);
-    self.JOINT_1.SET_POSITION(-20);
-    self.sleepds(3);
-  }
-}
-`,
-  );
-  const options = ['--robot', 'row', '--seconds', String(seconds), '--inproc', '--still', '--log', log];
-  demo.json('run', model, program, ...options);
-  return log;
 }
 
 const demo = new Demo();
@@ -79,7 +52,7 @@ try {
   // Poses reach the last module after 500 ticks of 20 ms.
   const settled = 10.5;
   const end = settled + Number(seconds);
-  const large = await demo.monitor([recordRow(demo, 500, end)]);
+  const large = await demo.monitor([demo.recordRow(500, end)]);
   const third = await newPage(browser);
   await third.goto(large.url);
   await third.waitForFunction((ticks) => window.monitor?.session.runs[0]?.poses.length >= ticks, 50 * end, { timeout: 600_000 });

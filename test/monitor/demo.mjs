@@ -1,6 +1,6 @@
 // Runs, logs and monitors for the tests in a browser; each test file has a registry of runs of its own.
 import { execFileSync, spawn } from 'node:child_process';
-import { mkdirSync, mkdtempSync, rmSync } from 'node:fs';
+import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { createInterface } from 'node:readline';
@@ -58,6 +58,35 @@ export class Demo {
       path,
     );
     return path;
+  }
+
+  /**
+   * A log of a row of modules that all wave, in the air and with nothing that weighs: it would break. Where they are they
+   * learn from each other, one a tick.
+   */
+  recordRow(modules, seconds) {
+    const [model, program, log] = ['row.m3l', 'wave.dyn', 'row.log'].map((name) => join(this.folder, name));
+    const names = Array.from({ length: modules }, (_, i) => `m${i}`);
+    const pairs = names.slice(1).map((name, i) => `(${names[i]}.c2, ${name}.c5)`);
+    writeFileSync(
+      model,
+      `import "${MODEL}"\nrobot row: modules=(${names.map((name) => `MTRAN ${name}`).join()}), connections=(${pairs.join()})\n`,
+    );
+    writeFileSync(
+      program,
+      `role Wave extends Module {
+  behavior wave() {
+    self.JOINT_1.SET_POSITION(20);
+    self.sleepds(3);
+    self.JOINT_1.SET_POSITION(-20);
+    self.sleepds(3);
+  }
+}
+`,
+    );
+    const options = ['--robot', 'row', '--seconds', String(seconds), '--inproc', '--still', '--log', log];
+    this.json('run', model, program, ...options);
+    return log;
   }
 
   /** Starts a live run in a network of its own, in lockstep, and has it do this command as soon as it takes any. */

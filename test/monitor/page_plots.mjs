@@ -12,6 +12,29 @@ afterEach(async () => Promise.all(browser.contexts().map((context) => context.cl
 
 const live = (ticks, size, theme) => openLive(browser, ticks, size, theme);
 
+/** The stretch of time that the plots are drawn over. */
+const stretch = (page) =>
+  page.evaluate(() => {
+    const { plot } = window.monitor.plots.views[0];
+    return [plot.from, plot.to];
+  });
+
+/** Waits until the plots are drawn over this stretch of time. */
+const stretches = (page, from, to) =>
+  page.waitForFunction(
+    ([a, b]) => {
+      const { plot } = window.monitor.plots.views[0];
+      return Math.abs(plot.from - a) < 0.2 && Math.abs(plot.to - b) < 0.2;
+    },
+    [from, to],
+  );
+
+/** Where a share of the time lies on the first plot: its x by the share, and a height within it. */
+async function onPlot(page) {
+  const box = await page.locator('.plot-canvas').first().boundingBox();
+  return { at: (share) => box.x + 54 + (box.width - 64) * share, y: box.y + box.height / 2 };
+}
+
 test('any field is found by role and label, and plotted under that name', async () => {
   const page = await live(150);
   await page.locator('h1').click();
@@ -40,26 +63,12 @@ test('any field is found by role and label, and plotted under that name', async 
 
 test('plots zoom and move, show what is under the pointer, derive, and are saved', async () => {
   const page = await live(1000);
-  const shown = () =>
-    page.evaluate(() => {
-      const { plot } = window.monitor.plots.views[0];
-      return [plot.from, plot.to];
-    });
-  /** Waits until the plots are drawn over this stretch of time. */
-  const shows = (from, to) =>
-    page.waitForFunction(
-      ([a, b]) => {
-        const { plot } = window.monitor.plots.views[0];
-        return Math.abs(plot.from - a) < 0.2 && Math.abs(plot.to - b) < 0.2;
-      },
-      [from, to],
-    );
+  const shown = () => stretch(page);
+  const shows = (from, to) => stretches(page, from, to);
   // The cursor stays inside the window while time moves on.
   const [begin, end] = await shown();
   assert.ok(end > 19.98 + 0.3 && Math.abs(end - begin - 10) < 1e-6, `${begin} to ${end}`);
-  const box = await page.locator('.plot-canvas').first().boundingBox();
-  const at = (share) => box.x + 54 + (box.width - 64) * share;
-  const y = box.y + box.height / 2;
+  const { at, y } = await onPlot(page);
   // The wheel zooms about the pointer.
   await page.mouse.move(at(0.5), y);
   await page.mouse.wheel(0, -Math.log(2) / 0.0015);
@@ -125,23 +134,9 @@ test('fingers move and zoom plots, select modules and turn the view', async () =
   /** All fingers that are on the screen now; none ends the touch. */
   const touch = (type, ...fingers) =>
     client.send('Input.dispatchTouchEvent', { type, touchPoints: fingers.map(([x, y], id) => ({ x, y, id })) });
-  const shown = () =>
-    page.evaluate(() => {
-      const { plot } = window.monitor.plots.views[0];
-      return [plot.from, plot.to];
-    });
-  const shows = (from, to) =>
-    page.waitForFunction(
-      ([a, b]) => {
-        const { plot } = window.monitor.plots.views[0];
-        return Math.abs(plot.from - a) < 0.2 && Math.abs(plot.to - b) < 0.2;
-      },
-      [from, to],
-    );
-  const [begin, end] = await shown();
-  const box = await page.locator('.plot-canvas').first().boundingBox();
-  const at = (share) => box.x + 54 + (box.width - 64) * share;
-  const y = box.y + box.height / 2;
+  const shows = (from, to) => stretches(page, from, to);
+  const [begin, end] = await stretch(page);
+  const { at, y } = await onPlot(page);
   // One finger takes the time under it along; the first pixels may be taken for a tap.
   await touch('touchStart', [at(0.25), y]);
   for (const share of [0.35, 0.45, 0.5]) await touch('touchMove', [at(share), y]);

@@ -9,6 +9,8 @@ import { takeMessage } from '../src/model/ingest.ts';
 import { Table } from '../src/model/table.ts';
 import { ViewClock } from '../src/model/view_clock.ts';
 import { angleBetween, compose, fixedAngles, invert, rotate, type Pose, type Quaternion } from '../src/model/pose.ts';
+import { Color, Matrix4, Mesh, PerspectiveCamera, Vector3 } from 'three';
+import { LinkBatches, sightOf } from '../src/view3d/link_batches.ts';
 import { keyName } from '../src/ui/keyboard.ts';
 import { matchFields } from '../src/model/fields.ts';
 
@@ -246,4 +248,38 @@ test('what is said of one module or process at a time is kept for each of them',
 test('a plot that was never drawn has a time under every place', () => {
   const plot = new Plot({ getContext: () => ({}) } as any);
   for (const x of [-10, 0, 200, 1e6]) assert.ok(plot.clampedTimeAt(x) >= 0 && plot.clampedTimeAt(x) <= 1);
+});
+
+test('links that are small are boxes in the mean of their colours, and what is out of sight is not drawn', () => {
+  // An octahedron: eight faces, half of whose area is white of its own.
+  const at = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+  const corners = [1, -1].flatMap((x) => [1, -1].flatMap((y) => [1, -1].map((z) => [x > 0 ? 0 : 1, y > 0 ? 2 : 3, z > 0 ? 4 : 5])));
+  const positions = new Float32Array(corners.flatMap((three) => three.flatMap((i) => at[i].map((v) => 0.05 * v))));
+  const ownColours = new Float32Array(corners.flatMap((_, i) => [0, 1, 2].flatMap(() => (i < 4 ? [1, 1, 1, 1] : [0, 0, 0, 0]))));
+  const batches = new LinkBatches();
+  const geometry = batches.geometryOf({ positions, indices: null, ownColours });
+  assert.equal(batches.geometryOf({ positions: positions.slice(), indices: null, ownColours: ownColours.slice() }), geometry);
+  const camera = new PerspectiveCamera(40, 1, 0.02, 100);
+  const drawn = (distance: number, place = new Vector3()): { small: number; fine: number; colour: number[] } => {
+    camera.position.set(0, 0, distance);
+    batches.begin();
+    batches.add(geometry, new Matrix4().makeTranslation(place), new Color(1, 0, 0), sightOf(camera, 800, new Vector3()));
+    batches.end();
+    const [small, fine] = batches.group.children as Mesh[];
+    const colour = small.geometry.getAttribute('color');
+    return {
+      small: small.visible ? small.geometry.drawRange.count / 3 : 0,
+      fine: fine.visible ? 1 : 0,
+      colour: colour ? [colour.getX(0), colour.getY(0), colour.getZ(0)] : [],
+    };
+  };
+  // At 1 m the tenth of a metre is 110 pixels wide, at 5 m 22, at 20 m 5.
+  assert.deepEqual(drawn(1), { small: 0, fine: 1, colour: [] });
+  const few = drawn(5);
+  assert.deepEqual([few.small, few.fine], [8, 0]);
+  const box = drawn(20);
+  assert.deepEqual([box.small, box.fine], [12, 0]);
+  [1, 0.5, 0.5].forEach((c, i) => assert.ok(Math.abs(box.colour[i] - c) < 1e-6, `${box.colour}`));
+  const { small, fine } = drawn(1, new Vector3(5, 0, 0));
+  assert.deepEqual([small, fine], [0, 0]);
 });

@@ -7,14 +7,15 @@ import {
   BoxGeometry,
   BufferAttribute,
   BufferGeometry,
+  Color,
   Frustum,
   Group,
   InstancedMesh,
   Matrix4,
   type PerspectiveCamera,
   Sphere,
+  SRGBColorSpace,
   Vector3,
-  type Color,
 } from 'three';
 import type { Shape } from '../model/run_data.ts';
 import { addEdges, LinkMaterial } from './link_material.ts';
@@ -51,6 +52,9 @@ interface Batch {
   /** Corners of the few faces that it has where it is small, and of its box; empty if it is drawn as it is. */
   small: Float32Array;
   tiny: Float32Array;
+  /** The mean of the colours of its own, and how much of its surface has them. */
+  own: Color;
+  ownShare: number;
   /** What it fills about the origin of its link, metres. */
   radius: number;
   /** How many links have the shape, and how many of them are drawn as they are. */
@@ -70,7 +74,7 @@ function withEdges(geometry: BufferGeometry): BufferGeometry {
 }
 
 /** Faces of a shape, each with corners of its own, for they are flat; a small cube where there is no shape. */
-export function geometryOf(shape: Shape | undefined): BufferGeometry {
+export function shapeGeometry(shape: Shape | undefined): BufferGeometry {
   let geometry: BufferGeometry;
   if (shape) {
     const indexed = new BufferGeometry();
@@ -107,6 +111,7 @@ export class LinkBatches {
   private readonly byGeometry = new Map<BufferGeometry, Batch>();
   private readonly smallLinks = new SmallLinks();
   private readonly sphere = new Sphere();
+  private readonly mixed = new Color();
 
   constructor() {
     this.group.add(this.smallLinks.mesh);
@@ -142,7 +147,9 @@ export class LinkBatches {
     if (!sight.frustum.intersectsSphere(this.sphere)) return;
     const pixels = (2 * batch.radius * sight.pixels) / this.sphere.center.distanceTo(sight.eye);
     const corners = pixels < TINY ? batch.tiny : batch.small;
-    if (pixels < SMALL && corners.length) return this.smallLinks.add(corners, place, colour);
+    if (pixels < SMALL && corners.length) {
+      return this.smallLinks.add(corners, place, this.mixed.copy(colour).lerp(batch.own, batch.ownShare));
+    }
     batch.mesh?.setMatrixAt(batch.count, place);
     batch.mesh?.setColorAt(batch.count, colour);
     batch.count++;
@@ -182,11 +189,32 @@ export class LinkBatches {
 }
 
 function makeBatch(shape: Shape | undefined): Batch {
-  const geometry = geometryOf(shape);
+  const geometry = shapeGeometry(shape);
   geometry.computeBoundingSphere();
   const { center, radius } = geometry.boundingSphere ?? new Sphere();
   // A link without a shape is a box already.
   const small = shape ? fewFacesOf(geometry) : new Float32Array(0);
   const tiny = shape ? boxOf(geometry) : small;
-  return { shape, geometry, small, tiny, radius: center.length() + radius, links: 0, count: 0, mesh: null };
+  const [own, ownShare] = ownColourOf(geometry);
+  return { shape, geometry, small, tiny, own, ownShare, radius: center.length() + radius, links: 0, count: 0, mesh: null };
+}
+
+/** The mean of a geometry's own colours by area (linear values, as light is added up), and the share of the area that has one. */
+function ownColourOf(geometry: BufferGeometry): [Color, number] {
+  const position = geometry.getAttribute('position');
+  const ownColour = geometry.getAttribute('ownColour');
+  const sum = new Color(0, 0, 0);
+  let own = 0;
+  let all = 0;
+  const [a, b, c] = [new Vector3(), new Vector3(), new Vector3()];
+  for (let i = 0; i < position.count; i += 3) {
+    [a, b, c].forEach((corner, k) => corner.fromBufferAttribute(position, i + k));
+    const area = b.sub(a).cross(c.sub(a)).length();
+    all += area;
+    if (!ownColour.getW(i)) continue;
+    own += area;
+    const colour = new Color().setRGB(ownColour.getX(i), ownColour.getY(i), ownColour.getZ(i), SRGBColorSpace);
+    sum.add(colour.multiplyScalar(area));
+  }
+  return [own ? sum.multiplyScalar(1 / own) : sum, all ? own / all : 0];
 }

@@ -17,7 +17,7 @@ import type { Run } from '../model/run.ts';
 import { POSE_COLUMNS } from '../model/run_data.ts';
 import { ForceView } from './force_view.ts';
 import { fixedPoseAt } from './interpolate.ts';
-import { geometryOf, LinkBatches, type Sight } from './link_batches.ts';
+import { LinkBatches, shapeGeometry, type Sight } from './link_batches.ts';
 import { LinkMaterial } from './link_material.ts';
 import { PROPAGATED, SELECTED } from './palette.ts';
 import { axesGeometry, outlineOf } from './solids.ts';
@@ -278,7 +278,7 @@ export class RobotView {
     });
     for (const [name, shape] of this.run.obstacles) {
       if (this.obstacles.has(name)) continue;
-      const mesh = new Mesh(geometryOf(shape), new LinkMaterial());
+      const mesh = new Mesh(shapeGeometry(shape), new LinkMaterial());
       mesh.material.color.set(OBSTACLE_COLOUR);
       // Terrain is open, and is seen from below too.
       mesh.material.side = DoubleSide;

@@ -117,8 +117,14 @@ export class View3D {
     this.controls.maxPolarAngle = Math.PI * 0.495;
     this.controls.minDistance = 0.15;
     this.controls.maxDistance = MOST_DISTANCE;
-    this.controls.addEventListener('change', () => (this.dirty = true));
-    this.controls.addEventListener('start', () => (this.held = true));
+    // A click that selects a module moves nothing.
+    let grasped = false;
+    this.controls.addEventListener('start', () => (grasped = true));
+    this.controls.addEventListener('end', () => (grasped = false));
+    this.controls.addEventListener('change', () => {
+      this.dirty = true;
+      this.held ||= grasped;
+    });
     this.resetCamera();
     this.listenForClicks(canvas);
     // A canvas that changes its size is empty: it is drawn again before the browser shows it.
@@ -234,6 +240,10 @@ export class View3D {
       const options = { ...this.options, translucent: this.robots.length > 1 && !beside && i > 0 };
       robot.show(time, options, look, selected, this.trailed(robot.run));
     });
+    // Where modules become known one after the other, the camera goes back for them until somebody has placed it.
+    const links = this.robots.reduce((sum, robot) => sum + robot.placed, 0);
+    if (links > this.framedLinks && !this.held) this.framed = false;
+    if (!this.framed) this.framedLinks = links;
     if (beside && !this.framed) {
       const gap = this.robots[0].extent().halfWidth + this.robots[1].extent().halfWidth + 0.1;
       this.robots[0].group.position.z = -gap / 2;
@@ -250,12 +260,8 @@ export class View3D {
     const centre = new Vector3();
     for (const robot of shown) centre.add(robot.centre).add(robot.group.position);
     centre.divideScalar(shown.length);
-    // Where modules become known one after the other, the camera goes back for them until somebody has placed it.
-    const links = this.robots.reduce((sum, robot) => sum + robot.placed, 0);
-    if (links > this.framedLinks && !this.held) this.framed = false;
     if (!this.framed) {
       this.framed = shown.length === this.robots.length;
-      this.framedLinks = links;
       this.target.copy(centre);
       this.resetCamera();
     } else if (this.options.follow) {
