@@ -252,41 +252,6 @@ test('a changed program is deployed from the page and seen in the roles', async 
   await keepShot(page, 'demo-deployed');
 });
 
-test('modules that become known later are in sight, until somebody moves the camera', async () => {
-  // Of forty modules in a row the first tick knows one.
-  const monitor = await demo.monitor([demo.recordRow(40, 2)]);
-  const opened = async () => {
-    const row = await newPage(browser);
-    await row.goto(monitor.url);
-    await row.waitForFunction(() => window.monitor?.session.runs[0]?.poses.length === 100);
-    return row;
-  };
-  const seen = (row, time) =>
-    row.evaluate(async (at) => {
-      window.monitor.seek(at);
-      const { view } = window.monitor.scene;
-      for (const { frames } = view; view.frames < frames + 2;) {
-        view.touch();
-        await new Promise((done) => requestAnimationFrame(done));
-      }
-      const places = [...view.robots[0].modulePlaces().values()].map((place) => place.clone().project(view.camera));
-      return { all: places.length, inSight: places.filter((p) => Math.max(Math.abs(p.x), Math.abs(p.y)) < 1 && p.z < 1).length };
-    }, time);
-  const row = await opened();
-  assert.ok((await seen(row, 0.02)).all < 5);
-  assert.deepEqual(await seen(row, 1.9), { all: 40, inSight: 40 });
-  await row.close();
-  // Who has gone near the first module stays there.
-  const near = await opened();
-  await seen(near, 0.02);
-  await near.mouse.move(300, 300);
-  await near.mouse.wheel(0, -300);
-  const { all, inSight } = await seen(near, 1.9);
-  assert.ok(all === 40 && inSight < 20, `${inSight} of ${all} in sight`);
-  assert.deepEqual([...row.problems, ...near.problems], []);
-  await near.close();
-});
-
 test('a monitor that ends is missed, and found again when it is back', async () => {
   await demo.stop(monitor.process);
   await page.waitForSelector('.banner:visible');

@@ -1,7 +1,8 @@
 // The page in a browser against a server inside it: modules that are lost, selected, pushed, and what happened to them.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
-import { drawn, keepShot, launch, openLive, openMock, pixelsOf, text } from './browser.mjs';
+import { drawn, keepShot, launch, newPage, openLive, openMock, pixelsOf, text } from './browser.mjs';
+import { Demo } from './demo.mjs';
 
 let browser;
 before(async () => (browser = await launch()));
@@ -239,4 +240,44 @@ test('of many modules all are in sight, drawn in a few calls, and each can be pi
   await page.locator('.stage canvas').click();
   assert.match(await page.evaluate(() => window.monitor.selected?.module ?? 'none'), /^m\d+$/);
   assert.deepEqual(page.problems, []);
+});
+
+test('modules that become known later are in sight, until somebody moves the camera', async (context) => {
+  const demo = new Demo();
+  context.after(async () => demo.end());
+  // Of forty modules in a row the first tick knows one.
+  const monitor = await demo.monitor([demo.recordRow(40, 2)]);
+  const opened = async () => {
+    const row = await newPage(browser);
+    await row.goto(monitor.url);
+    await row.waitForFunction(() => window.monitor?.session.runs[0]?.poses.length === 100);
+    return row;
+  };
+  const seen = (row, time) =>
+    row.evaluate(async (at) => {
+      window.monitor.seek(at);
+      const { view } = window.monitor.scene;
+      for (const { frames } = view; view.frames < frames + 2;) {
+        view.touch();
+        await new Promise((done) => requestAnimationFrame(done));
+      }
+      const places = [...view.robots[0].modulePlaces().values()].map((place) => place.clone().project(view.camera));
+      return { all: places.length, inSight: places.filter((p) => Math.max(Math.abs(p.x), Math.abs(p.y)) < 1 && p.z < 1).length };
+    }, time);
+  const row = await opened();
+  assert.ok((await seen(row, 0.02)).all < 5);
+  assert.deepEqual(await seen(row, 1.9), { all: 40, inSight: 40 });
+  await row.close();
+  // Who has gone near the first module stays there.
+  const near = await opened();
+  await seen(near, 0.02);
+  await near.mouse.move(300, 300);
+  const camera = () => near.evaluate(() => window.monitor.scene.view.cameraPlace.join());
+  const before = await camera();
+  await near.mouse.wheel(0, -300);
+  while ((await camera()) === before);
+  const { all, inSight } = await seen(near, 1.9);
+  assert.ok(all === 40 && inSight < 20, `${inSight} of ${all} in sight`);
+  assert.deepEqual([...row.problems, ...near.problems], []);
+  await near.close();
 });
