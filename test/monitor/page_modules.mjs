@@ -245,12 +245,12 @@ test('of many modules all are in sight, drawn in a few calls, and each can be pi
 test('modules that become known later are in sight, until somebody moves the camera', async (context) => {
   const demo = new Demo();
   context.after(async () => demo.end());
-  // Of forty modules in a row the first tick knows one.
-  const monitor = await demo.monitor([demo.recordRow(40, 2)]);
+  // Of 150 modules in a row, 18 m, the first tick knows one.
+  const monitor = await demo.monitor([demo.recordRow(150, 4)]);
   const opened = async () => {
     const row = await newPage(browser);
     await row.goto(monitor.url);
-    await row.waitForFunction(() => window.monitor?.session.runs[0]?.poses.length === 100);
+    await row.waitForFunction(() => window.monitor?.session.runs[0]?.poses.length === 200);
     return row;
   };
   const seen = (row, time) =>
@@ -266,7 +266,7 @@ test('modules that become known later are in sight, until somebody moves the cam
     }, time);
   const row = await opened();
   assert.ok((await seen(row, 0.02)).all < 5);
-  assert.deepEqual(await seen(row, 1.9), { all: 40, inSight: 40 });
+  assert.deepEqual(await seen(row, 3.9), { all: 150, inSight: 150 });
   await row.close();
   // Where somebody has zoomed, the camera keeps its place from the robot.
   const near = await opened();
@@ -277,7 +277,7 @@ test('modules that become known later are in sight, until somebody moves the cam
   await near.mouse.wheel(0, -300);
   while ((await camera()).join() === before.join());
   const zoomed = await camera();
-  await seen(near, 1.9);
+  await seen(near, 3.9);
   (await camera()).forEach((c, i) => assert.ok(Math.abs(c - zoomed[i]) < 1e-6, `${c} is not ${zoomed[i]}`));
   assert.deepEqual([...row.problems, ...near.problems], []);
   await near.close();
