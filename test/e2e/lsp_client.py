@@ -2,10 +2,11 @@
 import json
 import pathlib
 import select
+import shutil
 import subprocess
 import urllib.parse
 
-from support import LIMIT, SOURCE, command
+from support import LIMIT, SOURCE, Case, command
 
 
 def uri_of(path):
@@ -160,3 +161,20 @@ class Editor:
 
 
 MODELS = SOURCE / 'models'
+
+
+class Session(Case):
+    """A workspace with copies of models and a program, and an editor on it. Two of the models import the first."""
+
+    def setUp(self):
+        super().setUp()
+        for name in ('mtran.m3l', 'mtran_robots.m3l', 'mixed.m3l'):
+            shutil.copy(MODELS / name, self.folder / name)
+        shutil.copy(MODELS / 'programs' / 'quadruped.dyn', self.folder / 'quadruped.dyn')
+        self.editor = Editor(self.folder)
+        self.model = self.editor.open(self.folder / 'mtran.m3l')
+        self.program = self.editor.open(self.folder / 'quadruped.dyn')
+
+    def tearDown(self):
+        self.assertEqual(self.editor.close(), 0)
+        super().tearDown()
