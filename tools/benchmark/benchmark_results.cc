@@ -13,6 +13,7 @@
 namespace morphbus::tools {
 namespace {
 
+/// A line of the table: the robot, whether it meets the task, seven figures and the hash.
 constexpr const char* kLine = "  {:<58} {:<5} {:>6} {:>9} {:>8} {:>7} {:>7} {:>8}  {}\n";
 constexpr double kDegreesInARadian = 57.29577951308232;
 /// By these a row is found again.
@@ -53,9 +54,12 @@ bool IsRow(const Json& row) {
          is("hash", &Json::is_string) != is("error", &Json::is_string);
 }
 
-/// Whether two rows have the same names.
-bool SameNames(const Json& a, const Json& b) {
-  return std::ranges::all_of(kNames, [&](const char* name) { return a[name] == b[name]; });
+/// Where in `rows` the one stands that has the names of `row`; behind all of them if none has.
+size_t PlaceOf(const std::vector<Json>& rows, const Json& row) {
+  const auto same = [&row](const Json& one) {
+    return std::ranges::all_of(kNames, [&](const char* name) { return one[name] == row[name]; });
+  };
+  return static_cast<size_t>(std::ranges::find_if(rows, same) - rows.begin());
 }
 
 }  // namespace
@@ -93,6 +97,7 @@ Result<std::vector<Json>> ReadResults(const std::string& folder) {
   if (!std::filesystem::exists(path)) return std::vector<Json>();
   const Result<std::string> text = ReadFile(path, 16 << 20);
   if (!text) return Fail(text.error().message);
+  // The file may have been edited, so that each row is looked at before anybody asks for its parts.
   const Json json = Json::parse(*text, nullptr, false);
   if (!json.is_array()) return Fail(path + ": expected a list of results");
   if (!std::ranges::all_of(json, IsRow)) {
@@ -104,15 +109,12 @@ Result<std::vector<Json>> ReadResults(const std::string& folder) {
 Result<void> WriteResults(const Benchmark& benchmark, const std::vector<BenchmarkRow>& rows) {
   Result<std::vector<Json>> results = ReadResults(benchmark.folder);
   if (!results) return tl::unexpected(results.error());
+  // What has been run now takes the place of what the file had of it.
   for (const BenchmarkRow& row : rows) {
     const Json fresh = RowJson(row);
-    const auto known =
-        std::ranges::find_if(*results, [&](const Json& one) { return SameNames(one, fresh); });
-    if (known == results->end()) {
-      results->push_back(fresh);
-    } else {
-      *known = fresh;
-    }
+    const size_t place = PlaceOf(*results, fresh);
+    if (place == results->size()) results->emplace_back();
+    (*results)[place] = fresh;
   }
   // In the order in which all of them would run, whichever were asked for first. Rows of what is no
   // longer there come last.
@@ -122,10 +124,7 @@ Result<void> WriteResults(const Benchmark& benchmark, const std::vector<Benchmar
       order.push_back(RowJson(RowOf(task, robot)));
     }
   }
-  std::ranges::stable_sort(*results, {}, [&order](const Json& row) {
-    return std::ranges::find_if(order, [&row](const Json& one) { return SameNames(one, row); }) -
-           order.begin();
-  });
+  std::ranges::stable_sort(*results, {}, [&order](const Json& row) { return PlaceOf(order, row); });
   // A line a row, so that a change of one is a change of one line.
   std::string text = "[";
   for (const Json& row : *results) {
@@ -135,10 +134,8 @@ Result<void> WriteResults(const Benchmark& benchmark, const std::vector<Benchmar
 }
 
 const Json* FindResult(const std::vector<Json>& results, const BenchmarkRow& row) {
-  const Json named = RowJson(row);
-  const auto found =
-      std::ranges::find_if(results, [&](const Json& one) { return SameNames(one, named); });
-  return found == results.end() ? nullptr : &*found;
+  const size_t place = PlaceOf(results, RowJson(row));
+  return place == results.size() ? nullptr : &results[place];
 }
 
 std::string TaskHeading(const BenchmarkTask& task) {
@@ -153,6 +150,7 @@ std::string RowText(const Json& row) {
   const std::string who = EscapeControl(fmt::format("{}: {}, {}{}", row["model"].get<std::string>(),
                                                     row["robot"].get<std::string>(),
                                                     row["program"].get<std::string>(), settings));
+  // What the robot is not meant to meet stands in parentheses, whatever it does.
   const char* const met = row["meant"].get<bool>() ? (row["met"].get<bool>() ? "yes" : "no")
                                                    : (row["met"].get<bool>() ? "(yes)" : "(no)");
   if (row["hash"].is_null()) {

@@ -125,6 +125,7 @@ void RunAll(std::vector<PlannedTask>* planned, int jobs,
       promises[i].set_value(std::move(outcome));
     }
   };
+  // The threads end with the function, after their last rows; what they run comes here in order.
   std::vector<std::jthread> threads;
   for (int i = 0; i < std::min(jobs, static_cast<int>(planned->size())); ++i) {
     threads.emplace_back(work);
@@ -197,6 +198,8 @@ int RunBenchmarks(const BenchmarkOptions& options) {
   if (options.model.empty() != options.program.empty()) {
     return Unusable("expected a model and a program, or neither");
   }
+  // A robot of one's own comes from the command line, all others with their settings from the
+  // folder.
   const bool own = !options.model.empty();
   if (!own && !(options.params.empty() && options.set.empty() && options.compiled_for.empty())) {
     return Unusable("--params, --set and --compiled-for are for a model and program of your own");
@@ -208,6 +211,7 @@ int RunBenchmarks(const BenchmarkOptions& options) {
   if (!benchmark) return kUnusable;
   const Result<std::vector<Json>> results = ReadResults(options.folder);
   if (!results) return Unusable(results.error().message);
+  // Whatever cannot run is known before the first of many minutes.
   std::optional<std::vector<PlannedTask>> planned = PlanAll(options, *benchmark);
   if (!planned) return kUnusable;
   CatchSignals();

@@ -151,6 +151,8 @@ class ModelCompleter {
  public:
   ModelCompleter(const ModelFile& file, const ModelContext& at) : file_(file), at_(at) {}
 
+  /// What is narrowest decides: a text, a path with a dot, the value of an attribute, and only then
+  /// what a statement may go on with. A statement may end anywhere, so that another one may begin.
   Json Complete() {
     if (const std::optional<std::string> text = at_.InString()) {
       OfferInString(*text);
@@ -177,6 +179,7 @@ class ModelCompleter {
     return at_.depth() > 0 ? "point" : at_.definition();
   }
 
+  /// Words that begin a statement, which none does within brackets.
   void OfferStatements() {
     if (at_.depth() > 0) return;
     for (const ModelWord& word : StatementWords()) {
@@ -185,6 +188,7 @@ class ModelCompleter {
     }
   }
 
+  /// The attributes that the language has for a definition, and those that connectors here have.
   void OfferAttributes(const std::string& definition) {
     for (const AttributeWord& word : AttributeWords()) {
       if (word.definition != definition) continue;
@@ -271,6 +275,7 @@ class ModelCompleter {
     }
   }
 
+  /// What a hull or a look is made of: shapes with their attributes, points and links.
   void OfferHull(int module) {
     OfferAttributes(std::string(at_.call()));
     if (at_.call().empty() || at_.call() == "=") OfferWords(HullWords(), ItemKind::kFunction);
@@ -281,6 +286,7 @@ class ModelCompleter {
     }
   }
 
+  /// Words of conditions, and the names that the members and their connectors have here.
   void OfferConditions() {
     OfferWords(ConditionWords(), ItemKind::kKeyword);
     const int owner = file_.names.Find(NameKind::kConnection, at_.name());
@@ -311,6 +317,7 @@ class ModelCompleter {
     return std::nullopt;
   }
 
+  /// The numbers of the ways in which the two ends of a docking mate, each with what it does.
   void OfferOptions() {
     const std::vector<std::string> ends = at_.DockingEnds();
     if (ends.size() < 2) return;

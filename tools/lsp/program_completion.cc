@@ -177,6 +177,8 @@ class ProgramCompleter {
     role_ = RoleNamed(at.role().empty() && at.InBody() ? "Module" : at.role());
   }
 
+  /// What is narrowest decides: a text, a dot or a `$` before the place, then how deep in a role it
+  /// is.
   Json Complete() {
     if (at_.InText()) {
       constexpr std::string_view kPrograms[] = {".dyn"};
@@ -211,6 +213,7 @@ class ProgramCompleter {
     return name.empty() ? -1 : names_.Find(NameKind::kRole, name);
   }
 
+  /// Words of the grammar, most of which bring what follows them.
   void OfferWords(WordPlace place) {
     for (const ProgramWord& word : ProgramWords()) {
       if (word.place != place) continue;
@@ -220,6 +223,7 @@ class ProgramCompleter {
     }
   }
 
+  /// Roles, behind a sign such as '$'; with one not Module, which every module plays.
   void OfferRoles(const std::string& sign) {
     for (const NamedThing& thing : names_.things) {
       if (thing.kind != NameKind::kRole) continue;
@@ -228,6 +232,7 @@ class ProgramCompleter {
     }
   }
 
+  /// What `$` stands before: directions and axes, roles, and links by their keywords.
   void OfferDollars() {
     for (const dynarole::NamedDirection& direction : dynarole::kDirections) {
       const std::string name = std::string("$") + direction.name;
@@ -278,6 +283,7 @@ class ProgramCompleter {
     OfferRoles("");
   }
 
+  /// What the members of a role may name of it.
   void OfferOfRole(int role) {
     for (const NamedThing& thing : names_.things) {
       if (thing.owner != role) continue;
@@ -292,6 +298,7 @@ class ProgramCompleter {
     }
   }
 
+  /// A form of the language, with places for its arguments.
   void OfferForm(const Builtin& builtin) {
     const std::vector<std::string> arguments = ArgumentsOf(builtin.usage);
     // A form that may stand without parentheses has a label of its own.
@@ -304,6 +311,7 @@ class ProgramCompleter {
                builtin.property ? "" : CallSnippet(builtin.name, arguments));
   }
 
+  /// Joints, connectors and sensors by the words that the models have for them.
   void OfferKeywords(std::initializer_list<vm::KeywordKind> kinds) {
     for (const keywords::Keyword& keyword : program_.keywords.all()) {
       if (std::find(kinds.begin(), kinds.end(), keyword.kind) == kinds.end()) continue;

@@ -3,7 +3,11 @@
 namespace morphbus::tools {
 namespace {
 
+/// The words of the grammar by the place where they begin something, with what is inserted for
+/// them. Directions of an example are escaped: an editor would take `$NORTH` for a place to fill
+/// in.
 constexpr ProgramWord kWords[] = {
+    // What stands outside roles.
     {WordPlace::kProgram, "role", "role ${1:Name} extends ${2:Module} {\n  $0\n}",
      "what a module can be: requirements, labels, and what it then does"},
     {WordPlace::kProgram, "abstract role", "abstract role ${1:Name} extends ${2:Module} {\n  $0\n}",
@@ -15,6 +19,7 @@ constexpr ProgramWord kWords[] = {
      "a function that every role has"},
     {WordPlace::kProgram, "enum", "enum ${1:Name} { ${2:FIRST}, ${3:SECOND} }",
      "ints with names, each one more than the one before"},
+    // Members of a role.
     {WordPlace::kRole, "enum", "enum ${1:Name} { ${2:FIRST}, ${3:SECOND} }",
      "ints with names, each one more than the one before"},
     {WordPlace::kProgram, "param", "param ${1:name} = ${2:30.0} in [${3:0}, ${4:90}];",
@@ -39,6 +44,7 @@ constexpr ProgramWord kWords[] = {
     {WordPlace::kRole, "const", "const ${1:name} = ${2:1};", "a value known at compile time"},
     {WordPlace::kRole, "param", "param ${1:name} = ${2:30.0} in [${3:0}, ${4:90}];",
      "a number that a run may choose"},
+    // Statements.
     {WordPlace::kTask, "if", "if (${1:condition}) {\n  $0\n}",
      "runs the block if the condition holds"},
     {WordPlace::kTask, "else", "else {\n  $0\n}", "runs the block if the condition does not hold"},
@@ -57,6 +63,7 @@ constexpr ProgramWord kWords[] = {
     {WordPlace::kTask, "print", "print(\"${1:text}\", ${2:value});",
      "a line with the module, its role, the time and the source line"},
     {WordPlace::kTask, "super", "super.${1:name}();", "calls what this member replaces"},
+    // What stands for a value.
     {WordPlace::kValue, "self", "self.", "the module that runs the program"},
     {WordPlace::kValue, "true", "true", "the bool"},
     {WordPlace::kValue, "false", "false", "the bool"},
@@ -64,12 +71,15 @@ constexpr ProgramWord kWords[] = {
      "how many members a set or elements an array has"},
 };
 
+/// A form of the language (compiler/dynarole/builtins.h) in one sentence, as hovers and lists show
+/// it.
 struct Meaning {
   std::string_view name;
   std::string_view meaning;
 };
 
 constexpr Meaning kMeanings[] = {
+    // What `self` has.
     {"connected",
      "the neighbours; with a direction those that lie towards it, at least 15° out of the plane "
      "square to it; with a role those that also play it"},
@@ -149,6 +159,7 @@ constexpr Meaning kMeanings[] = {
     {"GET_TILT", "degrees between the sensor's direction and straight up"},
     {"print", "a line with the module, its role, the time and the source line"},
     {"sizeof", "how many members a set or elements an array has"},
+    // Directions and axes: robot frames are NUE, +X north, +Y up, +Z east.
     {"$ANY", "every direction, or every axis"},
     {"$NORTH", "the direction +X of the robot frame"},
     {"$SOUTH", "the direction -X of the robot frame"},
