@@ -32,7 +32,12 @@ struct Alternatives {
 };
 
 /// A condition that always holds, or never.
-Alternatives Constant(bool value) { return value ? Alternatives{{{{}, {{}}}}} : Alternatives{}; }
+Alternatives Constant(bool value) {
+  Alternatives constant;
+  // What always holds has one term without geometry, in one setting that demands nothing.
+  if (value) constant.terms.emplace_back().settings.emplace_back();
+  return constant;
+}
 
 /// The union of two settings; nothing if they contradict each other.
 std::optional<StateSetting> Merge(const StateSetting& left, const StateSetting& right) {
