@@ -10,6 +10,7 @@
 #include "compiler/dynarole/program_checks.h"
 #include "compiler/dynarole/scope.h"
 #include "compiler/dynarole/statement_checker.h"
+#include "compiler/dynarole/statement_flow.h"
 #include "vm/image/fault_text.h"
 
 namespace morphbus::dynarole {
@@ -218,7 +219,7 @@ void Checker::CheckBody(Routine* routine) {
   }
   routine->result = signature.result;
   statements_.CheckBlock(member.body.get());
-  if (signature.result != Type::kVoid && !StatementChecker::AlwaysReturns(*member.body)) {
+  if (signature.result != Type::kVoid && !AlwaysReturns(*member.body)) {
     // The message points at the closing brace, behind which the result is missing.
     const size_t end = member.body->span.end;
     pass_

@@ -7,33 +7,12 @@
 #include <string>
 
 #include "compiler/dynarole/constants.h"
+#include "compiler/dynarole/statement_flow.h"
 #include "vm/image/fault_text.h"
 
 namespace morphbus::dynarole {
 
 using source::Diagnostic;
-
-namespace {
-
-// True if the expression is a loop's condition that never fails.
-bool IsAlwaysTrue(const Expr& condition) {
-  // What rests on a field or variable may change while the program runs, and is not folded.
-  const FoldResult folded = Fold(condition);
-  return folded.value && folded.value->type == Type::kBool && folded.value->cell.AsBool();
-}
-
-// A `break` leaves the innermost loop or switch around it only.
-bool Breaks(const Stmt& statement) {
-  if (statement.kind == StmtKind::kBreak) return true;
-  if (statement.kind == StmtKind::kWhile || statement.kind == StmtKind::kFor ||
-      statement.kind == StmtKind::kForEach || statement.kind == StmtKind::kSwitch) {
-    return false;
-  }
-  return std::any_of(statement.body.begin(), statement.body.end(),
-                     [](const StmtPtr& inner) { return Breaks(*inner); });
-}
-
-}  // namespace
 
 void StatementChecker::CheckBlock(Stmt* block) {
   // The names of the block end with it; those around it stay.
@@ -61,10 +40,10 @@ void StatementChecker::CheckStatement(Stmt* statement) {
       CheckExprStatement(statement);
       break;
     case StmtKind::kAssign:
-      CheckAssign(statement);
+      assignments_.CheckAssign(statement);
       break;
     case StmtKind::kVar:
-      CheckVar(statement);
+      assignments_.CheckVar(statement);
       break;
     case StmtKind::kReturn:
       CheckReturn(statement);
@@ -280,170 +259,6 @@ void StatementChecker::CheckExprStatement(Stmt* statement) {
   }
 }
 
-void StatementChecker::CheckVar(Stmt* statement) {
-  // The parser has said that the first value is missing.
-  if (statement->expr == nullptr) return;
-  if (statement->expr->kind == ExprKind::kArray || statement->length > 0) {
-    return CheckArray(statement);
-  }
-  // The first value gives the variable its type for good.
-  Type type = expressions_.Infer(statement->expr.get());
-  if (type == Type::kAny) type = Type::kDirection;
-  if (type == Type::kVoid) {
-    pass_.Error(statement->expr->span,
-                "this has no value that '" + statement->name + "' could take");
-    type = Type::kError;
-  }
-  // A message about what the type follows from is worth more than this one.
-  if (type == Type::kUnknown && pass_.is_final() && !pass_.had_errors()) {
-    pass_.Error(statement->name_span, "cannot tell the type of '" + statement->name + "'");
-  }
-  // The value itself is converted too: a $ANY that stands alone becomes a direction.
-  expressions_.conversions().Want(statement->expr.get(), type,
-                                  "the variable '" + statement->name + "'");
-  statement->meaning = Meaning::kLocal;
-  statement->type = type;
-  statement->index = scope_.AddLocal(statement->name, statement->name_span, type, false);
-}
-
-void StatementChecker::CheckArray(Stmt* statement) {
-  Expr* values = statement->expr.get();
-  const bool listed = values->kind == ExprKind::kArray;
-  const int length = listed ? static_cast<int>(values->operands.size()) : statement->length;
-  if (listed && statement->length > 0 && statement->length != length) {
-    pass_
-        .Error(values->span, "'" + statement->name + "' has " + std::to_string(statement->length) +
-                                 " elements, but these are " + std::to_string(length))
-        .hint = "without a number behind its name it has as many as there are values";
-  }
-  if (listed) {
-    for (ExprPtr& value : values->operands) expressions_.Infer(value.get());
-  } else {
-    expressions_.Infer(values);
-  }
-  // All elements are of the type that fits all first values.
-  Type type = listed ? expressions_.arrays().InferValues(values) : values->type;
-  if (type == Type::kAny) type = Type::kDirection;
-  if (type == Type::kVoid) {
-    pass_.Error(values->span, "this has no value that elements could take");
-    type = Type::kError;
-  }
-  if (type == Type::kUnknown && pass_.is_final() && !pass_.had_errors()) {
-    pass_.Error(statement->name_span, "cannot tell the type of '" + statement->name + "'");
-  }
-  const auto want = [&](Expr* value) {
-    expressions_.conversions().Want(value, type, "an element of '" + statement->name + "'");
-  };
-  if (listed) {
-    for (ExprPtr& value : values->operands) want(value.get());
-  } else {
-    want(values);
-  }
-  statement->meaning = Meaning::kLocal;
-  statement->type = type;
-  statement->length = length;
-  statement->index = scope_.AddArray(statement->name, statement->name_span, type, length);
-}
-
-void StatementChecker::CheckAssign(Stmt* statement) {
-  Expr* value = statement->expr.get();
-  // The value comes first, since its type may tell that of a parameter.
-  if (!FindTarget(statement, expressions_.Infer(value))) {
-    UnknownTarget(*statement);
-    return;
-  }
-  CheckSubscript(statement);
-  // `+=` and its kin compute, so they need numbers.
-  const Type target = statement->type;
-  if (statement->op != Operator::kNone && !IsNumber(target) && target != Type::kError &&
-      target != Type::kUnknown) {
-    pass_.Error(statement->name_span, "'" + NameOf(statement->op) + "=' needs a number, but '" +
-                                          statement->name + "' is " + NameOf(target));
-    return;
-  }
-  // The target keeps its type, whatever the value is: an int becomes a float, and never the other
-  // way.
-  expressions_.conversions().Want(value, target, "'" + statement->name + "'");
-}
-
-bool StatementChecker::FindTarget(Stmt* statement, Type type) {
-  Routine& routine = *scope_.routine();
-  statement->type = Type::kError;
-  // An element of an array, or a name that should have been one.
-  ArrayChecker& arrays = expressions_.arrays();
-  if (statement->subscript != nullptr) expressions_.Infer(statement->subscript.get());
-  if (const std::optional<Array> array = arrays.Find(statement->name)) {
-    if (statement->subscript == nullptr) {
-      arrays.AsValue(statement->name_span, statement->name, *array);
-      return true;
-    }
-    arrays.FindElement(*array, statement);
-    if (array->meaning == Meaning::kField) {
-      routine.effect = std::max(routine.effect, vm::Effect::kTask);
-    }
-    return true;
-  }
-  // Variables and parameters hide fields, as where names are read.
-  if (const Local* local = scope_.FindLocal(statement->name)) {
-    statement->meaning = Meaning::kLocal;
-    statement->index = local->slot;
-    statement->type = routine.locals[local->slot];
-    if (local->neighbour) {
-      pass_
-          .Error(statement->name_span, "'" + statement->name +
-                                           "' is the neighbour of this round, and cannot be "
-                                           "assigned to")
-          .Note(local->span, "declared here");
-      statement->type = Type::kError;
-      return true;
-    }
-    // An assignment tells the type of a parameter as a call would.
-    if (statement->type == Type::kUnknown && local->parameter) {
-      pass_.Settle(&scope_.signature().parameters[local->slot], type);
-    }
-    return true;
-  }
-  const RoleModel& owner = scope_.role();
-  const int slot = model_.FindField(owner, statement->name);
-  // Constants and labels are known names, too, but nothing can be assigned to them.
-  if (slot < 0) return false;
-  statement->meaning = Meaning::kField;
-  statement->index = slot;
-  statement->type = model_.fields[owner.fields[slot].decl].type;
-  // To set a field is to act: requirements and labels may not.
-  routine.effect = std::max(routine.effect, vm::Effect::kTask);
-  return true;
-}
-
-void StatementChecker::CheckSubscript(Stmt* statement) {
-  if (statement->subscript == nullptr || statement->length > 0) return;
-  expressions_.arrays().NoArray(statement->name_span, statement->name, statement->type);
-  statement->type = Type::kError;
-}
-
-void StatementChecker::UnknownTarget(const Stmt& statement) {
-  // The name may be one that stands for a value which nothing changes.
-  const int constant = model_.FindConstant(scope_.role_index(), statement.name);
-  if (constant >= 0) {
-    pass_
-        .Error(statement.name_span, model_.constants[constant].Kind() + " '" + statement.name +
-                                        "' cannot be assigned to")
-        .Note(model_.constants[constant].span, "declared here");
-    return;
-  }
-  const RoleModel& owner = scope_.role();
-  if (FindSlot(owner.labels, statement.name) >= 0) {
-    pass_.Error(statement.name_span, "label '" + statement.name + "' cannot be assigned to");
-    return;
-  }
-  // What a role inherits from one that does not exist is not known.
-  if (owner.broken) return;
-  pass_.Suggest(
-      &pass_.Error(statement.name_span, "unknown variable or field '" + statement.name + "'"),
-      statement.name, scope_.Names(), "",
-      "to make a variable, write: var " + statement.name + " = ...;");
-}
-
 void StatementChecker::CheckReturn(Stmt* statement) {
   Signature& signature = scope_.signature();
   // A return without a value must not stand beside one with a value.
@@ -481,40 +296,6 @@ void StatementChecker::CheckReturn(Stmt* statement) {
   }
   // All types are settled by now, so that a value which does not fit is an error.
   expressions_.conversions().Want(statement->expr.get(), signature.result, "the function's result");
-}
-
-// Whether what follows the statement is never reached.
-bool StatementChecker::AlwaysReturns(const Stmt& statement) {
-  switch (statement.kind) {
-    case StmtKind::kReturn:
-    case StmtKind::kBreak:
-    case StmtKind::kContinue:
-      return true;
-    case StmtKind::kBlock:
-      // One statement that never ends normally is enough.
-      for (const StmtPtr& inner : statement.body) {
-        if (AlwaysReturns(*inner)) return true;
-      }
-      return false;
-    case StmtKind::kIf:
-      // Without an else there is a way past the branch.
-      return statement.body.size() == 2 && AlwaysReturns(*statement.body[0]) &&
-             AlwaysReturns(*statement.body[1]);
-    case StmtKind::kSwitch:
-      // Every value must lead to a block that ends so, and none may leave the switch alone.
-      return CoversAll(statement) && std::ranges::all_of(statement.body, [](const StmtPtr& block) {
-               return AlwaysReturns(*block) && !Breaks(*block);
-             });
-    case StmtKind::kWhile:
-      // Only a return leaves a loop without end that nothing breaks.
-      return statement.expr != nullptr && IsAlwaysTrue(*statement.expr) &&
-             !Breaks(*statement.body[0]);
-    case StmtKind::kFor:
-      return (statement.expr == nullptr || IsAlwaysTrue(*statement.expr)) &&
-             !Breaks(*statement.body[2]);
-    default:
-      return false;
-  }
 }
 
 }  // namespace morphbus::dynarole

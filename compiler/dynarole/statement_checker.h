@@ -1,6 +1,7 @@
 #pragma once
 // Statements: the bodies of startups, behaviors, commands, handlers and functions.
 
+#include "compiler/dynarole/assignment_checker.h"
 #include "compiler/dynarole/expression_checker.h"
 
 namespace morphbus::dynarole {
@@ -11,29 +12,19 @@ class StatementChecker {
   /// All arguments must outlive it.
   StatementChecker(ProgramModel* model, Scope* scope, ExpressionChecker* expressions,
                    CheckPass* pass)
-      : model_(*model), scope_(*scope), expressions_(*expressions), pass_(*pass) {}
+      : model_(*model),
+        scope_(*scope),
+        expressions_(*expressions),
+        pass_(*pass),
+        assignments_(model, scope, expressions, pass) {}
 
   /// Checks a block, which is a scope of its own, and warns of what is never reached in it.
   void CheckBlock(Stmt* block);
-  /// Whether what stands behind the statement is never reached, in its block.
-  [[nodiscard]] static bool AlwaysReturns(const Stmt& statement);
 
  private:
   void CheckStatement(Stmt* statement);
   /// The same with a scope of its own, as branches and bodies have also without braces.
   void CheckScoped(Stmt* statement);
-  /// `var NAME = VALUE;` declares a local, whose type is that of the value.
-  void CheckVar(Stmt* statement);
-  /// `var NAME = [VALUE, VALUE];` and `var NAME[8] = VALUE;`
-  void CheckArray(Stmt* statement);
-  void CheckAssign(Stmt* statement);
-  /// Finds what is assigned to, a variable, parameter or field, whose type is `type` if that of a
-  /// parameter is not known yet; false if it is neither.
-  bool FindTarget(Stmt* statement, Type type);
-  /// Reports a number behind the name of what is no array.
-  void CheckSubscript(Stmt* statement);
-  /// Reports what is neither: perhaps a constant, a label, a slip.
-  void UnknownTarget(const Stmt& statement);
   /// A return settles the type of the routine's result, or must fit it.
   void CheckReturn(Stmt* statement);
   void CheckExprStatement(Stmt* statement);
@@ -57,6 +48,7 @@ class StatementChecker {
   Scope& scope_;
   ExpressionChecker& expressions_;
   CheckPass& pass_;
+  AssignmentChecker assignments_;
   int loops_ = 0;     ///< Loops around the statement being checked.
   int switches_ = 0;  ///< Switches likewise.
 };
