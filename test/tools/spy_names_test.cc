@@ -36,6 +36,7 @@ class SpyNamesTest : public ::testing::Test {
       task_t task = {};
       task.kind = 1;
       task.function_name = "Tip.swing";
+      task.line = 7;
       status->tasks = {task};
       status->num_tasks = 1;
       fault_t fault = {};
@@ -97,7 +98,8 @@ TEST_F(SpyNamesTest, JointsAndLinksAndModulesHaveTheirNames) {
 TEST_F(SpyNamesTest, AModulesPageNamesItsJointsAndLinks) {
   Hear(true);
   const std::string page = Page("synth/m3");
-  for (const char* line : {"bend: bend", "near: base", "far: arm", "convention   bend +1"}) {
+  for (const char* line : {"bend: bend", "near: base", "far: arm", "convention   bend +1",
+                           "Tip.swing at synthetic.dyn:7"}) {
     EXPECT_NE(page.find(line), std::string::npos) << line << "\n" << page;
   }
 }
@@ -108,7 +110,10 @@ TEST_F(SpyNamesTest, WithoutADescriptionThereAreNumbers) {
   EXPECT_EQ(fields["joints[0].mode"], "VELOCITY") << "the type's constants are always known";
   EXPECT_EQ(fields["module_id"], "1");
   EXPECT_TRUE(Fields("synth/SIM/WORLD").contains("bodies[0].link"));
-  EXPECT_NE(Page("synth/m3").find("near: link 0"), std::string::npos) << Page("synth/m3");
+  const std::string page = Page("synth/m3");
+  for (const char* line : {"near: link 0", "Tip.swing at line 7"}) {
+    EXPECT_NE(page.find(line), std::string::npos) << line << "\n" << page;
+  }
   // It may lie in the run's folder.
   table_.KnowDescription(test::SyntheticDescription("one", "synth"), now_ns_);
   EXPECT_EQ(Fields("synth/m2/ACTUATOR")["module_id"], "m2");

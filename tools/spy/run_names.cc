@@ -1,5 +1,7 @@
 #include "tools/spy/run_names.h"
 
+#include <fmt/format.h>
+
 #include "bridge/description/link_places.h"
 #include "bridge/description/program_words.h"
 #include "bridge/wire/status_codec.h"
@@ -102,6 +104,13 @@ std::string RunNames::Fault(int64_t program_hash, const std::string& type,
   const bridge::ReportWords words =
       bridge::ProgramWords(run_).Fault(static_cast<uint64_t>(program_hash), type, heard);
   return vm::FaultLine(words.place.file, words.place.line, words.text, words.function);
+}
+
+std::string RunNames::Line(int64_t program_hash, int line) const {
+  const vm::SourcePlace place =
+      bridge::ProgramWords(run_).Place(static_cast<uint64_t>(program_hash), line);
+  return place.file.empty() ? fmt::format("line {}", place.line)
+                            : fmt::format("{}:{}", place.file, place.line);
 }
 
 }  // namespace morphbus::tools

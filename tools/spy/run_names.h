@@ -43,6 +43,9 @@ class RunNames {
   /// numbers for what has no name.
   [[nodiscard]] std::string Fault(int64_t program_hash, const std::string& type,
                                   const morphbus::fault_t& fault) const;
+  /// A line that a module says of the program with this hash: "legs.dyn:7", or "line 7" where the
+  /// file is not known.
+  [[nodiscard]] std::string Line(int64_t program_hash, int line) const;
 
  private:
   /// The type of a module; null if there is no such module.

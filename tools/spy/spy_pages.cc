@@ -48,7 +48,8 @@ void AddFacts(const std::string& what, const std::vector<std::string>& values, S
 }
 
 /// A line for each field, task and call, as far as there is room for them.
-std::vector<std::string> HeldLines(const bridge::HeldState& held) {
+std::vector<std::string> HeldLines(const bridge::HeldState& held, const RunNames& names,
+                                   int64_t program_hash) {
   constexpr size_t kMostLines = 64;
   constexpr size_t kLongest = 200;
   std::vector<std::string> lines;
@@ -66,7 +67,7 @@ std::vector<std::string> HeldLines(const bridge::HeldState& held) {
       for (const bridge::HeldValue& local : call.locals) {
         locals += fmt::format("{} {} = {}", locals.empty() ? ":" : ",", local.name, local.value);
       }
-      add(fmt::format("  in {}, line {}{}", call.function, call.line, locals));
+      add(fmt::format("  in {}, {}{}", call.function, names.Line(program_hash, call.line), locals));
     }
   }
   return lines;
@@ -118,14 +119,15 @@ void AddStatus(const ProcessRow& row, const RunNames& names, Screen* screen) {
   // Of each task the page tells where it stands.
   lines.clear();
   for (const morphbus::task_t& task : status.tasks) {
-    lines.push_back(fmt::format("{} at line {}", task.function_name, task.line));
+    lines.push_back(fmt::format("{} at {}", task.function_name,
+                                known.Line(status.header.program_hash, task.line)));
   }
   AddFacts("tasks", lines, Style::kPlain, screen);
   AddEnded(status, screen);
   // What the module holds is known from the last `inspect`, if there has been one.
   if (row.held_us < 0) return;
   screen->push_back(Fact("inspected", fmt::format("at {:.2f} s", Seconds(row.held_us))));
-  AddFacts("", HeldLines(row.held), Style::kPlain, screen);
+  AddFacts("", HeldLines(row.held, known, status.header.program_hash), Style::kPlain, screen);
 }
 
 /// How the process fares, by its HEALTH.
