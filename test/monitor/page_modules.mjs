@@ -198,9 +198,14 @@ test('of many modules all are in sight, drawn in a few calls, and each can be pi
   await page.waitForFunction(() => window.monitor.scene.view.robots[0].trails.length > 0);
   // Each of 300 modules has a foot that would leave a trail.
   assert.equal(await page.evaluate(() => window.monitor.scene.view.robots[0].trails.length), 24);
-  // Each trail and each force is drawn by itself.
-  await page.evaluate(() => ['trails', 'forces'].forEach((flag) => window.monitor.scene.toggle(flag)));
-  await drawn(page);
+  const toggle = async (flag) => {
+    await page.evaluate((name) => window.monitor.scene.toggle(name), flag);
+    await drawn(page);
+  };
+  // Each trail is drawn by itself; the forces on 300 modules are drawn in one go.
+  await toggle('trails');
+  const forced = await page.evaluate(() => window.monitor.scene.view.renderer.info.render);
+  await toggle('forces');
   const view = () =>
     page.evaluate(() => {
       const { view } = window.monitor.scene;
@@ -213,6 +218,8 @@ test('of many modules all are in sight, drawn in a few calls, and each can be pi
       return { calls, triangles, seen };
     });
   const whole = await view();
+  assert.equal(forced.calls, whole.calls + 1);
+  assert.ok(forced.triangles >= whole.triangles + 300 * 20, `${forced.triangles} triangles with arrows`);
   assert.equal(whole.seen.length, 300);
   for (const { module, x, y, z } of whole.seen)
     assert.ok(Math.max(Math.abs(x), Math.abs(y)) < 1 && z < 1, `${module} is in sight: ${x} ${y} ${z}`);
