@@ -28,10 +28,11 @@ import { ThemeSwitch } from './ui/theme.ts';
 import { Timeline } from './ui/timeline.ts';
 import { UNKNOWN } from './view3d/palette.ts';
 
-/** Milliseconds between updates: of plots, of the time line, and of lists. */
+/** Milliseconds between updates: of plots, of the time line, of lists, and of the view for what is news of an instant that is held. */
 const PLOT_INTERVAL = 33;
 const TIMELINE_INTERVAL = 100;
 const LIST_INTERVAL = 200;
+const NEWS_INTERVAL = 200;
 /** Of so many frames one draws the plots anew, where that is not more often than they need. */
 const PLOT_EVERY = 3;
 
@@ -77,6 +78,7 @@ export class App implements Context {
   private lastTimeline = 0;
   private lastList = 0;
   private shownVersion = '';
+  private nextNews = 0;
   private seenFaults = 0;
 
   constructor(root: HTMLElement, surroundings: Surroundings) {
@@ -261,8 +263,14 @@ export class App implements Context {
     const version = this.session.runs
       .map((run) => `${run.structureVersion} ${run.stateVersion} ${run.poses.length} ${run.poses.endTime}`)
       .join();
-    if (this.time !== before || this.recorder.active || (version !== this.shownVersion && this.clock.mode !== 'play')) this.scene.view?.touch();
-    this.shownVersion = version;
+    // Beside an instant that is held news come to every frame while a log is read, which drawing holds up: it waits a little.
+    const { mode } = this.clock;
+    const news = version !== this.shownVersion && mode !== 'play' && (mode === 'follow' || now >= this.nextNews);
+    if (this.time !== before || this.recorder.active || news) this.scene.view?.touch();
+    if (news || mode === 'play') {
+      this.shownVersion = version;
+      this.nextNews = now + NEWS_INTERVAL;
+    }
     this.scene.view?.render(this.time);
     if (now >= this.nextPlot || this.recorder.active) {
       // What is left of the time belongs to the view: a browser that draws by software has little.

@@ -2,9 +2,18 @@
 
 import { toNumber, toSeconds, type Decoded } from '../protocol/decoder.ts';
 import type { Pose } from './pose.ts';
-import type { Run } from './run.ts';
-import { FORCE_AXES, MAX_REPORTS, POSE_COLUMNS, type Fault, type Label, type ModuleState, type SourcePlace } from './run_data.ts';
-import type { Table } from './table.ts';
+import { setPose, type Run } from './run.ts';
+import {
+  FORCE_AXES,
+  FORCE_COLUMNS,
+  LINK_COLUMNS,
+  MAX_REPORTS,
+  POSE_COLUMNS,
+  type Fault,
+  type Label,
+  type ModuleState,
+  type SourcePlace,
+} from './run_data.ts';
 
 /** Topics that the page does not need, since others hold the same. */
 export const UNNEEDED_TOPICS = ['joint_states', 'log'];
@@ -116,11 +125,6 @@ function takeTransforms(run: Run, time: number, message: Decoded): void {
   if (poses.length) run.takePoses(time, poses);
 }
 
-function setPose(table: Table, prefix: string, { p, q }: Pose): void {
-  const values = [...p, ...q];
-  POSE_COLUMNS.forEach((name, i) => table.set(table.column(`${prefix}${name}`), values[i]));
-}
-
 /** Poses in R, and R's own in W. */
 function takePropagated(run: Run, time: number, message: Decoded): void {
   const unit = (column: string): string => (/(^|\.)q/.test(column) ? '' : 'm');
@@ -129,11 +133,11 @@ function takePropagated(run: Run, time: number, message: Decoded): void {
   const prefix = `${run.name}/propagated/`;
   for (const transform of message.transforms) {
     const frame = transform.childFrameId;
-    if (frame.startsWith(prefix)) setPose(table, `${frame.slice(prefix.length)}.`, poseOf(transform));
+    if (frame.startsWith(prefix)) setPose(table, table.columnsOf(frame.slice(prefix.length), LINK_COLUMNS), poseOf(transform));
     if (frame !== `${run.name}/robot`) continue;
     const robot = run.addTable('robot frame', unit, POSE_COLUMNS.length);
     robot.row(time);
-    setPose(robot, '', poseOf(transform));
+    setPose(robot, robot.columnsOf('', POSE_COLUMNS), poseOf(transform));
   }
 }
 
@@ -144,11 +148,9 @@ function takeForces(run: Run, time: number, message: Decoded): void {
     table.row(time);
     for (let column = 0; column < table.columnNames.length; column++) table.set(column, 0);
     for (const force of message[name]) {
-      for (const axis of FORCE_AXES) {
-        const column = table.column(`${force.module}/${force.link}.${axis}`);
-        // Several may push one link.
-        table.set(column, (table.value(column, table.length - 1) || 0) + force[axis]);
-      }
+      const first = table.columnsOf(`${force.module}/${force.link}`, FORCE_COLUMNS);
+      // Several may push one link.
+      FORCE_AXES.forEach((axis, i) => table.set(first + i, (table.value(first + i, table.length - 1) || 0) + force[axis]));
     }
   }
 }
@@ -168,16 +170,18 @@ function takeClock(run: Run, time: number, message: Decoded): void {
   if (clock.ended) run.addEvent(time, clock.endReason || 'end of the run');
 }
 
+/** Columns of a joint in the tables of joints and of commands, in this order. */
+const JOINT_COLUMNS = [' position', ' velocity', ' effort', ' target'];
+const COMMAND_COLUMNS = [' target', ' speed'];
+
 function takeJoints(run: Run, time: number, message: Decoded): void {
   const units = (column: string): string => jointUnit(run, column);
   const table = run.addTable('joints', units, message.joints.length * 4);
   table.row(time);
   for (const joint of message.joints) {
     const name = `${joint.module}.${joint.joint}`;
-    table.set(table.column(`${name} position`), joint.position);
-    table.set(table.column(`${name} velocity`), joint.velocity);
-    table.set(table.column(`${name} effort`), joint.effort);
-    table.set(table.column(`${name} target`), joint.target ?? NaN);
+    const first = table.columnsOf(name, JOINT_COLUMNS);
+    [joint.position, joint.velocity, joint.effort, joint.target ?? NaN].forEach((v, i) => table.set(first + i, v));
     if (joint.sign) table.set(table.column(`${name} under its convention`), joint.sign * joint.position);
   }
 }
@@ -197,8 +201,9 @@ function takeCommands(run: Run, time: number, message: Decoded): void {
   for (const order of message.joints) {
     const name = `${order.module}.${order.joint}`;
     const position = order.mode === 1;
-    table.set(table.column(`${name} target`), position ? order.target : NaN);
-    table.set(table.column(`${name} speed`), order.speed);
+    const first = table.columnsOf(name, COMMAND_COLUMNS);
+    table.set(first, position ? order.target : NaN);
+    table.set(first + 1, order.speed);
   }
   for (const order of message.connectors) {
     run.addEvent(time, `${order.module}.${order.connector}: ${order.state} = ${order.value}`);

@@ -6,11 +6,11 @@ import {
   type ChannelRow,
   type Description,
   type Fault,
-  FORCE_AXES,
+  FORCE_COLUMNS,
+  LINK_COLUMNS,
   MAX_REPORTS,
   type ModuleState,
   type NamedTable,
-  POSE_COLUMNS,
   type ProcessHealth,
   Reports,
   type RunClock,
@@ -30,6 +30,12 @@ function poseIn(table: Table, column: number, row: number): Pose | null {
   const v = (i: number): number => table.value(column + i, row);
   if (Number.isNaN(v(0))) return null;
   return { p: [v(0), v(1), v(2)], q: [v(3), v(4), v(5), v(6)] };
+}
+
+/** Sets a pose whose columns begin at `column` in the last row. */
+export function setPose(table: Table, column: number, { p, q }: Pose): void {
+  for (let i = 0; i < 3; i++) table.set(column + i, p[i]);
+  for (let i = 0; i < 4; i++) table.set(column + 3 + i, q[i]);
 }
 
 export class Run {
@@ -109,25 +115,23 @@ export class Run {
     this.poses = this.addTable(
       'poses',
       (column) => (column.includes('.q') ? '' : 'm'),
-      poses.length * POSE_COLUMNS.length,
+      poses.length * LINK_COLUMNS.length,
     );
     this.rewind(time);
     this.poses.row(time);
     for (const { link, pose } of poses) {
-      const first = this.poses.column(`${link}.x`);
-      if (first === this.links.length * POSE_COLUMNS.length) {
-        for (const c of POSE_COLUMNS) this.poses.column(`${link}.${c}`);
+      const first = this.poses.columnsOf(link, LINK_COLUMNS);
+      if (first === this.links.length * LINK_COLUMNS.length) {
         this.links.push(link);
         this.structureVersion++;
       }
-      for (let i = 0; i < 3; i++) this.poses.set(first + i, pose.p[i]);
-      for (let i = 0; i < 4; i++) this.poses.set(first + 3 + i, pose.q[i]);
+      setPose(this.poses, first, pose);
     }
   }
 
   /** The pose of a link in a row of `poses`; null if it is not in it. */
   pose(link: number, row: number): Pose | null {
-    return link < 0 ? null : poseIn(this.poses, link * POSE_COLUMNS.length, row);
+    return link < 0 ? null : poseIn(this.poses, link * LINK_COLUMNS.length, row);
   }
 
   /** Where its module believed a link to be at a time, in the world; null if that is not known. */
@@ -147,9 +151,9 @@ export class Run {
     if (!named || row < 0) return [];
     const names = named.table.columnNames;
     const forces: { link: string; force: [number, number, number] }[] = [];
-    for (let c = 0; c + 2 < names.length; c += FORCE_AXES.length) {
+    for (let c = 0; c + 2 < names.length; c += FORCE_COLUMNS.length) {
       const force = [0, 1, 2].map((i) => named.table.value(c + i, row) || 0) as [number, number, number];
-      if (force.some((f) => f !== 0)) forces.push({ link: names[c].slice(0, -FORCE_AXES[0].length - 1), force });
+      if (force.some((f) => f !== 0)) forces.push({ link: names[c].slice(0, -FORCE_COLUMNS[0].length), force });
     }
     return forces;
   }
@@ -160,7 +164,8 @@ export class Run {
   }
 
   linkIndex(link: string): number {
-    return this.links.indexOf(link);
+    const column = this.poses.find(link + LINK_COLUMNS[0]);
+    return column < 0 ? -1 : column / LINK_COLUMNS.length;
   }
 
   /**

@@ -201,6 +201,8 @@ export interface NamedTable {
 
 /** Columns of a link in the tables of forces, in this order: newtons along the axes of W. */
 export const FORCE_AXES = ['north', 'up', 'east'] as const;
+export const FORCE_COLUMNS = FORCE_AXES.map((axis) => `.${axis}`);
 
 /** Columns of a link in the tables of poses, in this order. */
 export const POSE_COLUMNS = ['x', 'y', 'z', 'qw', 'qx', 'qy', 'qz'] as const;
+export const LINK_COLUMNS = POSE_COLUMNS.map((column) => `.${column}`);

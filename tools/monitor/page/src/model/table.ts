@@ -11,6 +11,7 @@ const FIRST_ROWS = 256;
 export class Table {
   private readonly names: string[] = [];
   private readonly indices = new Map<string, number>();
+  private readonly groups = new Map<string, number>();
   private columns: Float64Array[] = [];
   private times: Float64Array;
   private begin = 0;
@@ -39,6 +40,19 @@ export class Table {
       this.columns.push(new Float64Array(this.times.length).fill(NaN));
     }
     return index;
+  }
+
+  /**
+   * The index of the first of several columns that lie behind each other, named by a thing and a suffix each, which are added
+   * if there are none. A thing has the same suffixes each time: thousands of values an instant are found by one look-up a thing.
+   */
+  columnsOf(thing: string, suffixes: readonly string[]): number {
+    let first = this.groups.get(thing);
+    if (first === undefined) {
+      [first] = suffixes.map((suffix) => this.column(thing + suffix));
+      this.groups.set(thing, first);
+    }
+    return first;
   }
 
   /** The index of a column; -1 if there is none of that name. */
