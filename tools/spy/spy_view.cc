@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "compiler/base/text.h"
-#include "tools/spy/list_tables.h"
 #include "tools/spy/hex_dump.h"
+#include "tools/spy/list_tables.h"
 #include "tools/spy/spy_help.h"
 #include "tools/spy/spy_pages.h"
 
