@@ -6,6 +6,7 @@
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <assimp/IOStream.hpp>
