@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "bridge/wire/codec.h"
+#include "bridge/wire/held_state.h"
 #include "bridge/wire/vm_codec.h"
 #include "bridge/wire/wire_limits.h"
 #include "test/bridge/fake_images.h"

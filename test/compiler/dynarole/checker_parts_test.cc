@@ -15,7 +15,7 @@
 #include "compiler/dynarole/part_checker.h"
 #include "compiler/dynarole/program_checks.h"
 #include "compiler/dynarole/scope.h"
-#include "compiler/dynarole/statement_checker.h"
+#include "compiler/dynarole/statement_flow.h"
 #include "test/compiler/dynarole/fake_host.h"
 #include "vm/image/image.h"
 
@@ -175,7 +175,7 @@ TEST_F(CheckerPartsTest, StatementsThatNeverEndReturn) {
   const auto returns = [this](const std::string& body) {
     Make("role R extends Module { function f(a) {" + body + "} startup s() {} }");
     const int f = model_.roles[0].methods[0].routine;
-    return StatementChecker::AlwaysReturns(*model_.routines[f].member->body);
+    return AlwaysReturns(*model_.routines[f].member->body);
   };
   EXPECT_TRUE(returns("return a;"));
   EXPECT_FALSE(returns("if (a) { return 1; }"));
