@@ -97,7 +97,7 @@ void MemberParser::Parse(Role* role) {
     if (!in_.AtMember()) in_.Take();
     return;
   }
-  // A requirement has no name.
+  // A requirement is an expression and has no name.
   if (member.kind == MemberKind::kRequire) {
     member.name_span = member.span;
     member.expr = expressions_.Parse();
@@ -138,6 +138,7 @@ void MemberParser::ParseField(Member* member) {
                        member->name + "'");
     return;
   }
+  // `history[8] = 0.0;` has as many elements as stand in the brackets.
   if (member->kind == MemberKind::kField && in_.Is(TokenKind::kLeftBracket)) {
     member->length = expressions_.ParseLength();
     if (in_.failed()) return;
@@ -147,6 +148,7 @@ void MemberParser::ParseField(Member* member) {
 }
 
 bool MemberParser::AtWord(const char* word) const {
+  // `kept = 1;` is a field of that name, and `kept x;` or `kept shared x;` are not.
   const bool named = in_.Peek(1).kind == TokenKind::kName || in_.Peek(1).kind == TokenKind::kShared;
   return in_.Is(TokenKind::kName) && in_.TextOf(in_.Peek()) == word && named;
 }
@@ -176,6 +178,8 @@ void MemberParser::ParseTrace(Role* role) {
 
 void MemberParser::AddElements(Member* array, Role* role) {
   if (in_.failed()) return;
+  // Values in brackets say how many there are; of one value for all the number behind the name
+  // does.
   const bool listed = array->expr != nullptr && array->expr->kind == ExprKind::kArray;
   const size_t values = listed ? array->expr->operands.size() : 0;
   if (listed && array->length > 0 && values != static_cast<size_t>(array->length)) {
@@ -185,11 +189,13 @@ void MemberParser::AddElements(Member* array, Role* role) {
                 "without a number behind its name it has as many as there are values");
     return;
   }
+  // The other length was looked at where its number was read.
   if (values > kMaxElements) {
     in_.ErrorAt(array->expr->span,
                 "an array has 1 to " + std::to_string(kMaxElements) + " elements");
     return;
   }
+  // All shared fields of a role travel in one message, which has no room for arrays.
   if (array->shared) {
     in_.ErrorAt(array->name_span, "an array cannot be shared",
                 "share single fields, at most " + std::to_string(vm::kMaxSharedFields));
@@ -210,6 +216,7 @@ void MemberParser::AddElements(Member* array, Role* role) {
                 "declare a constant with this value and write its name here");
     return;
   }
+  // From here on each element is a field, `history[3]`, that knows of which array it is.
   for (int i = 0; i < length; ++i) {
     Member element;
     element.span = array->span;
@@ -241,6 +248,7 @@ bool MemberParser::ParseRoutine(Member* member) {
     in_.Unexpected("'{' and the body of the " + what);
     return false;
   }
+  // What is wrong in the block has been reported there, and the member is one all the same.
   member->body = statements_.ParseBlock();
   return true;
 }

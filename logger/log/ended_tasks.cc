@@ -9,6 +9,7 @@
 
 #include "bridge/wire/status_codec.h"
 #include "compiler/base/text.h"
+#include "vm/image/source_places.h"
 
 namespace morphbus::logger {
 namespace {
@@ -21,8 +22,7 @@ vm::TaskKind KindOf(const FaultFact& fault) {
 /// Function and place: "Leg.walk (walk.dyn:7)".
 std::string TaskText(const FaultFact& fault) {
   if (fault.fault.line <= 0) return fault.task;
-  return fault.file.empty() ? fmt::format("{} (line {})", fault.task, fault.fault.line)
-                            : fmt::format("{} ({}:{})", fault.task, fault.file, fault.fault.line);
+  return fmt::format("{} ({})", fault.task, vm::PlaceText({fault.file, fault.fault.line}));
 }
 
 /// The first ten of a kind by name, those of one place together, "m2, m3 Leg.walk (walk.dyn:7)",

@@ -39,6 +39,20 @@ class SpyNamesTest : public ::testing::Test {
       task.line = 7;
       status->tasks = {task};
       status->num_tasks = 1;
+      // An answer to `inspect`, whole in one part.
+      call_t call = {};
+      call.function_name = "Tip.turn";
+      call.line = 9;
+      held_task_t held = {};
+      held.routine_name = "Tip.swing";
+      held.calls = {call};
+      held.num_calls = 1;
+      inspection_t inspection = {};
+      inspection.num_parts = 1;
+      inspection.tasks = {held};
+      inspection.num_tasks = 1;
+      status->inspections = {inspection};
+      status->num_inspections = 1;
       fault_t fault = {};
       fault.code = static_cast<int16_t>(vm::FaultCode::kStalled);
       fault.role = fault.rival_role = fault.function_index = fault.keyword = -1;
@@ -99,7 +113,7 @@ TEST_F(SpyNamesTest, AModulesPageNamesItsJointsAndLinks) {
   Hear(true);
   const std::string page = Page("synth/m3");
   for (const char* line : {"bend: bend", "near: base", "far: arm", "convention   bend +1",
-                           "Tip.swing at synthetic.dyn:7"}) {
+                           "Tip.swing at synthetic.dyn:7", "  in Tip.turn, synthetic.dyn:9"}) {
     EXPECT_NE(page.find(line), std::string::npos) << line << "\n" << page;
   }
 }
@@ -111,7 +125,7 @@ TEST_F(SpyNamesTest, WithoutADescriptionThereAreNumbers) {
   EXPECT_EQ(fields["module_id"], "1");
   EXPECT_TRUE(Fields("synth/SIM/WORLD").contains("bodies[0].link"));
   const std::string page = Page("synth/m3");
-  for (const char* line : {"near: link 0", "Tip.swing at line 7"}) {
+  for (const char* line : {"near: link 0", "Tip.swing at line 7", "  in Tip.turn, line 9"}) {
     EXPECT_NE(page.find(line), std::string::npos) << line << "\n" << page;
   }
   // It may lie in the run's folder.

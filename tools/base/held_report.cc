@@ -94,12 +94,9 @@ std::string CallsText(const Json& calls) {
   for (const Json& call : calls) {
     // "in Leg.walk, walk.dyn:7: n = 3"; whatever is not known is left out.
     const std::string locals = LocalsText(call["locals"]);
-    const std::string file = call["file"].get<std::string>();
-    const int line = call["line"].get<int>();
-    text +=
-        fmt::format("    in {}, {}{}\n", call["function"].get<std::string>(),
-                    file.empty() ? fmt::format("line {}", line) : fmt::format("{}:{}", file, line),
-                    locals.empty() ? "" : ": " + locals);
+    const vm::SourcePlace place = {call["file"].get<std::string>(), call["line"].get<int>()};
+    text += fmt::format("    in {}, {}{}\n", call["function"].get<std::string>(),
+                        vm::PlaceText(place), locals.empty() ? "" : ": " + locals);
   }
   return text;
 }

@@ -1,11 +1,10 @@
 #include "tools/spy/run_names.h"
 
-#include <fmt/format.h>
-
 #include "bridge/description/link_places.h"
 #include "bridge/description/program_words.h"
 #include "bridge/wire/status_codec.h"
 #include "vm/image/fault_text.h"
+#include "vm/image/source_places.h"
 
 namespace morphbus::tools {
 namespace {
@@ -19,6 +18,7 @@ std::string NameIn(const std::vector<Part>& parts, int i) {
 }  // namespace
 
 RunNames RunNames::Of(int64_t model_hash) const {
+  // Each model has another order of parts, so that numbers of one would name what they do not mean.
   const bool same = run_ != nullptr && run_->model_hash == static_cast<uint64_t>(model_hash);
   return same ? *this : RunNames();
 }
@@ -75,6 +75,7 @@ std::string RunNames::SensorValue(int module, int value) const {
   if (type == nullptr) return "";
   // A direction is three values, everything else is one.
   for (const model::Sensor& sensor : type->sensors) {
+    // All values of a module's sensors are numbered through, in the order of declaration.
     const int values = sensor.type == model::SensorType::kTilt ? 3 : 1;
     if (value < values) return values == 1 ? sensor.name : sensor.name + "." + "xyz"[value];
     value -= values;
@@ -107,10 +108,7 @@ std::string RunNames::Fault(int64_t program_hash, const std::string& type,
 }
 
 std::string RunNames::Line(int64_t program_hash, int line) const {
-  const vm::SourcePlace place =
-      bridge::ProgramWords(run_).Place(static_cast<uint64_t>(program_hash), line);
-  return place.file.empty() ? fmt::format("line {}", place.line)
-                            : fmt::format("{}:{}", place.file, place.line);
+  return vm::PlaceText(bridge::ProgramWords(run_).Place(static_cast<uint64_t>(program_hash), line));
 }
 
 }  // namespace morphbus::tools

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "vm/image/image_texts.h"
+#include "vm/image/source_places.h"
 
 namespace morphbus::vm {
 
@@ -205,8 +206,7 @@ std::string FaultLine(const std::string& file, int line, const std::string& sent
                       const std::string& function) {
   std::string text;
   // The place comes first, as compilers put it, so that editors can jump to it.
-  if (line > 0)
-    text = file.empty() ? fmt::format("line {}: ", line) : fmt::format("{}:{}: ", file, line);
+  if (line > 0) text = PlaceText({file, line}) + ": ";
   // A line without a file is still of use to whoever knows the program.
   text += sentence;
   if (!function.empty()) text += " (in " + function + ")";

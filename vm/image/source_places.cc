@@ -4,6 +4,10 @@
 
 namespace morphbus::vm {
 
+std::string PlaceText(const SourcePlace& place) {
+  return (place.file.empty() ? "line " : place.file + ":") + std::to_string(place.line);
+}
+
 SourceFiles::SourceFiles(const VerifiedProgram& program) : own_(ToString(program.source_name())) {
   for (int i = 0; i < program.num_imported_files(); ++i) {
     const ImportedFile file = program.imported_file(i);

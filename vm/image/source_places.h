@@ -20,6 +20,9 @@ struct SourcePlace {
   auto operator<=>(const SourcePlace&) const = default;
 };
 
+/// The place in text, as editors jump to it, "walk.dyn:7"; "line 7" without a file.
+std::string PlaceText(const SourcePlace& place);
+
 /// The files of a program by the lines that VerifiedProgram::LineOf counts over all of them. It
 /// outlives the program.
 class SourceFiles {
