@@ -9,8 +9,8 @@ import unittest
 ROOT = pathlib.Path(os.environ.get('MORPHBUS_SOURCE', pathlib.Path(__file__).resolve().parents[2]))
 # What every builder of packages has, and what only builds packages.
 BASE = {'g++', 'debhelper-compat', 'dh-python'}
-# What tools/setup installs besides: to build again quickly, to run, and Python's users' own.
-BESIDES = {'ccache', 'iproute2', 'python3', 'python3-pandas'}
+# What tools/setup installs besides: to run, and Python's users' own.
+BESIDES = {'iproute2', 'python3', 'python3-pandas'}
 # Where Node is of another origin than Debian, tools/setup leaves it as it is.
 NODE = {'nodejs', 'npm'}
 
