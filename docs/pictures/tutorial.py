@@ -13,7 +13,7 @@ import tempfile
 
 from robots import SOURCE, read_png, shrink, write_png
 
-STEP = 8  # of a color channel
+STEP = 16  # of a color channel
 
 
 def main():
