@@ -51,9 +51,39 @@ class Some(Case):
         where = ('benchmark', folder / 'benchmark', '--task', task, '--robot', robot)
         done = morphbus(*where, status=1)
         self.assertIn(f'hash {hash_now}, in results.json', done.stderr)
+        self.assertIn('none of another model', morphbus(*where, '--dry-run').stdout)
         # --write puts that right, and nothing else.
         morphbus(*where, '--write')
         self.assertEqual(path.read_text(encoding='utf-8'), text)
+
+    def test_results_of_what_is_another_now_are_told_without_a_run(self):
+        folder = self.folder / 'models'
+        shutil.copytree(FOLDER.parent, folder)
+
+        def dry(*more, status=0):
+            return self.benchmark(folder / 'benchmark', '--robot', 'car', '--dry-run', *more, status=status)
+
+        tasks = [row['task'] for row in RESULTS if row['robot'] == 'car']
+        self.assertIn(f'{len(tasks)} runs, none of another', dry().stdout)
+        # A comment moves the lines that the program's image names.
+        changes = (('programs/car.dyn', '', '// One more line.\n', dict.fromkeys(tasks, ['program'])),
+                   ('atron.m3l', 'mass=0.425', 'mass=0.426', dict.fromkeys(tasks, ['model', 'world'])),
+                   ('benchmark/slope.sdf', '0.4717', '0.4722', {'slope': ['world']}))
+        for name, old, new, expected in changes:
+            with self.subTest(changed=name):
+                path = folder / name
+                text = path.read_text(encoding='utf-8')
+                path.write_text(text.replace(old, new, 1), encoding='utf-8')
+                others = {row['task']: row['others'] for row in json.loads(dry('--json', status=1).stdout)['rows']}
+                self.assertEqual(others, dict.fromkeys(tasks, []) | expected)
+                told = dry(status=1)
+                path.write_text(text, encoding='utf-8')
+                self.assertIn(f'{len(tasks)} runs, {len(expected)} of another', told.stdout)
+                for task, inputs in expected.items():
+                    self.assertIn(f'{task} of car, car: the {", ".join(inputs)} of results.json ', told.stderr)
+        (folder / 'benchmark' / 'results.json').unlink()
+        self.assertEqual(dry().stdout, f'{len(tasks)} runs\n')
+        self.assertIn('--dry-run runs nothing', dry('--write', status=2).stderr)
 
     def test_a_robot_of_ones_own_stands_beside_those_that_ship(self):
         model, program = SOURCE / 'models' / 'atron.m3l', SOURCE / 'models' / 'programs' / 'car.dyn'
@@ -189,6 +219,11 @@ class Shipped(unittest.TestCase):
         self.assertEqual([(row['task'], row['model'], row['robot'], row['meant']) for row in RESULTS],
                          [(task, *named(robot), task in robot['meets']) for task in tasks for robot in ROBOTS
                           if task in robot['tasks']])
+
+    def test_the_results_are_of_the_models_programs_and_worlds_as_they_are(self):
+        # Here all rows, the long ones too, which only All runs.
+        rows = as_json('benchmark', FOLDER, '--dry-run')['rows']
+        self.assertEqual([row['others'] for row in rows], [[]] * len(RESULTS))
 
     def test_the_document_has_the_results(self):
         done = subprocess.run([SOURCE / 'tools' / 'benchmark_table', '--check'], capture_output=True, text=True)

@@ -18,6 +18,8 @@ constexpr const char* kLine = "  {:<58} {:<5} {:>6} {:>9} {:>8} {:>7} {:>7} {:>8
 constexpr double kDegreesInARadian = 57.29577951308232;
 /// By these a row is found again.
 constexpr std::array<const char*, 5> kNames = {"task", "model", "robot", "program", "settings"};
+/// What a run is made of, each with a hash in the row: "model_hash" …
+constexpr std::array<const char*, 3> kInputs = {"model", "program", "world"};
 
 std::string ResultsPath(const std::string& folder) { return folder + "/results.json"; }
 
@@ -49,6 +51,10 @@ bool IsRow(const Json& row) {
                return is(name, &Json::is_string) ||
                       (name == std::string_view("settings") && is(name, &Json::is_null));
              }) &&
+         std::ranges::all_of(kInputs,
+                             [&](const char* input) {
+                               return is((std::string(input) + "_hash").c_str(), &Json::is_string);
+                             }) &&
          is("meant", &Json::is_boolean) && is("met", &Json::is_boolean) &&
          is("figures", &Json::is_object) && text_or_null("error") && text_or_null("hash") &&
          is("hash", &Json::is_string) != is("error", &Json::is_string);
@@ -86,6 +92,9 @@ Json RowJson(const BenchmarkRow& row) {
           {"program", row.program},
           {"settings", row.settings.empty() ? Json(nullptr) : Json(row.settings)},
           {"meant", row.meant},
+          {"model_hash", row.model_hash},
+          {"program_hash", row.program_hash},
+          {"world_hash", row.world_hash},
           {"met", outcome.met},
           {"hash", outcome.hash.empty() ? Json(nullptr) : Json(outcome.hash)},
           {"figures", outcome.figures},
@@ -101,7 +110,7 @@ Result<std::vector<Json>> ReadResults(const std::string& folder) {
   const Json json = Json::parse(*text, nullptr, false);
   if (!json.is_array()) return Fail(path + ": expected a list of results");
   if (!std::ranges::all_of(json, IsRow)) {
-    return Fail(path + ": a result lacks its task, model, robot, program, figures or hash");
+    return Fail(path + ": a result lacks its task, model, robot, program, figures or a hash");
   }
   return std::vector<Json>(json.begin(), json.end());
 }
@@ -136,6 +145,15 @@ Result<void> WriteResults(const Benchmark& benchmark, const std::vector<Benchmar
 const Json* FindResult(const std::vector<Json>& results, const BenchmarkRow& row) {
   const size_t place = PlaceOf(results, RowJson(row));
   return place == results.size() ? nullptr : &results[place];
+}
+
+std::vector<std::string> OtherInputs(const BenchmarkRow& row, const Json& known) {
+  const Json now = RowJson(row);
+  std::vector<std::string> others;
+  for (const std::string input : kInputs) {
+    if (now[input + "_hash"] != known[input + "_hash"]) others.push_back(input);
+  }
+  return others;
 }
 
 std::string TaskHeading(const BenchmarkTask& task) {

@@ -19,14 +19,18 @@ struct BenchmarkRow {
   const BenchmarkTask* task = nullptr;
   std::string model, robot, program, settings;
   bool meant = false;  ///< Whether the robot is meant to meet the task; else it is looked at only.
+  /// Of what the run is made of, as the run's description has them (16 hex digits). All messages of
+  /// a run name its model and its program, so that with others the run has another hash, too.
+  std::string model_hash, program_hash, world_hash;
   BenchmarkOutcome outcome;
 };
 
 /// A row of a robot whose outcome is still to come.
 BenchmarkRow RowOf(const BenchmarkTask& task, const BenchmarkRobot& robot);
 
-/// `{"task":…,"model":…,"robot":…,"program":…,"settings":…,"meant":…,"met":…,"hash":…,"figures":{…},
-/// "error":…}`; `settings` is null without any, `error` of a run that went well.
+/// `{"task":…,"model":…,"robot":…,"program":…,"settings":…,"meant":…,"model_hash":…,
+/// "program_hash":…,"world_hash":…,"met":…,"hash":…,"figures":{…},"error":…}`; `settings` is null
+/// without any, `error` of a run that went well.
 Json RowJson(const BenchmarkRow& row);
 
 /// The rows that FOLDER/results.json has, as RowJson makes them; none without the file. Fails for
@@ -38,6 +42,9 @@ Result<void> WriteResults(const Benchmark& benchmark, const std::vector<Benchmar
 /// The row of `results` with the same task, model, robot, program and settings; null if there is
 /// none.
 const Json* FindResult(const std::vector<Json>& results, const BenchmarkRow& row);
+/// Of "model", "program" and "world" those that are others now than when `known` was written, a row
+/// of results.json.
+std::vector<std::string> OtherInputs(const BenchmarkRow& row, const Json& known);
 
 /// The title of a task with the heads of the columns, and a row of it (RowJson), for people.
 std::string TaskHeading(const BenchmarkTask& task);

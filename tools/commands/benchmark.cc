@@ -8,6 +8,7 @@
 #include <future>
 #include <thread>
 
+#include "compiler/base/text.h"
 #include "tools/base/messages.h"
 #include "tools/base/print.h"
 #include "tools/benchmark/benchmark_results.h"
@@ -24,6 +25,7 @@ struct BenchmarkOptions {
   std::string folder, model, program, robot, compiled_for, params;
   std::vector<std::string> set, tasks;
   int jobs = 0;
+  bool dry_run = false;
   bool write = false;
   bool json = false;
 };
@@ -97,9 +99,13 @@ std::optional<std::vector<PlannedTask>> PlanAll(const BenchmarkOptions& options,
       if (!Asked(robot.tasks, task.name)) continue;
       std::optional<RunPlan> plan = PlanBenchmark(task, robot);
       if (!plan) return std::nullopt;
+      BenchmarkRow row = RowOf(task, robot);
       // Where the model has but one robot, nobody needs to name it.
-      planned.push_back({RowOf(task, robot), *std::move(plan)});
-      planned.back().row.robot = planned.back().plan.robot().name;
+      row.robot = plan->robot().name;
+      row.model_hash = Hex(plan->description.model_hash());
+      row.program_hash = Hex(plan->description.program_hash());
+      row.world_hash = plan->description.world_hash();
+      planned.push_back({std::move(row), *std::move(plan)});
     }
   }
   if (planned.empty()) {
@@ -107,6 +113,13 @@ std::optional<std::vector<PlannedTask>> PlanAll(const BenchmarkOptions& options,
                               robots.front().robot, fmt::join(robots.front().tasks, ", ")));
   }
   return planned;
+}
+
+/// The rows alone.
+std::vector<BenchmarkRow> RowsOf(std::vector<PlannedTask> planned) {
+  std::vector<BenchmarkRow> rows;
+  for (PlannedTask& one : planned) rows.push_back(std::move(one.row));
+  return rows;
 }
 
 /// Runs all rows, so many at a time, and shows each as soon as it and those before it are done.
@@ -174,24 +187,64 @@ int CountUnmet(const std::vector<BenchmarkRow>& rows) {
   return unmet;
 }
 
+/// How a row differs from that of results.json: in what has come of the run, unless `ran` is false,
+/// and in what it is made of. Empty if it does not.
+std::string Difference(const BenchmarkRow& row, const Json& known, bool ran) {
+  std::string text;
+  if (ran && known != RowJson(row)) {
+    text = fmt::format("{} and hash {}, in results.json {} and hash {}",
+                       row.outcome.met ? "met" : "not met", row.outcome.hash,
+                       known["met"].get<bool>() ? "met" : "not met", JsonText(known["hash"]));
+  }
+  if (const std::vector<std::string> others = OtherInputs(row, known); !others.empty()) {
+    text += fmt::format("{}the {} of results.json {}", text.empty() ? "" : "; ",
+                        fmt::join(others, ", "), others.size() == 1 ? "is another" : "are others");
+  }
+  return text;
+}
+
 /// Says which rows are not as results.json has them, and which it does not have although it has
 /// others. How many there are.
-int CountDifferences(const std::vector<BenchmarkRow>& rows, const std::vector<Json>& results) {
+int CountDifferences(const std::vector<BenchmarkRow>& rows, const std::vector<Json>& results,
+                     bool ran) {
   int different = 0;
   for (const BenchmarkRow& row : rows) {
     const Json* known = FindResult(results, row);
+    std::string difference;
+    if (known != nullptr) difference = Difference(row, *known, ran);
     if (known == nullptr && !results.empty()) {
-      ++different;
-      Warn(fmt::format("{} of {}, {} is not in results.json; --write adds it", row.task->name,
-                       row.robot, row.program));
+      difference = "it is not in results.json; --write adds it";
     }
-    if (known == nullptr || *known == RowJson(row)) continue;
+    if (difference.empty()) continue;
     ++different;
-    Warn(fmt::format("{} of {}, {}: {} and hash {}, in results.json {} and hash {}", row.task->name,
-                     row.robot, row.program, row.outcome.met ? "met" : "not met", row.outcome.hash,
-                     (*known)["met"].get<bool>() ? "met" : "not met", JsonText((*known)["hash"])));
+    Warn(fmt::format("{} of {}, {}: {}", row.task->name, row.robot, row.program, difference));
   }
   return different;
+}
+
+/// --dry-run: how many runs it would be, and which of them are made of something else than those of
+/// `results` were, which has nothing of a robot of one's own.
+int DryRun(const std::vector<BenchmarkRow>& rows, const std::vector<Json>& results, bool json) {
+  const int different = CountDifferences(rows, results, false);
+  if (json) {
+    Json list = Json::array();
+    for (const BenchmarkRow& row : rows) {
+      Json one = RowJson(row);
+      for (const char* of_the_run : {"met", "hash", "figures", "error"}) one.erase(of_the_run);
+      const Json* known = FindResult(results, row);
+      one["others"] = known == nullptr ? Json(nullptr) : Json(OtherInputs(row, *known));
+      list.push_back(std::move(one));
+    }
+    PrintJson({{"rows", list}});
+  } else {
+    PrintText(fmt::format("{} run{}", rows.size(), rows.size() == 1 ? "" : "s") +
+              (results.empty() ? ""
+                               : fmt::format(", {} of another model, program or world than in "
+                                             "results.json",
+                                             different == 0 ? "none" : std::to_string(different))) +
+              "\n");
+  }
+  return different == 0 ? kDone : kNo;
 }
 
 int RunBenchmarks(const BenchmarkOptions& options) {
@@ -207,6 +260,9 @@ int RunBenchmarks(const BenchmarkOptions& options) {
   if (own && options.write) {
     return Unusable("--write is for the robots of robots.toml: add your own there");
   }
+  if (options.dry_run && options.write) {
+    return Unusable("--dry-run runs nothing that --write could write");
+  }
   const std::optional<Benchmark> benchmark = ReadBenchmark(options.folder);
   if (!benchmark) return kUnusable;
   const Result<std::vector<Json>> results = ReadResults(options.folder);
@@ -214,6 +270,9 @@ int RunBenchmarks(const BenchmarkOptions& options) {
   // Whatever cannot run is known before the first of many minutes.
   std::optional<std::vector<PlannedTask>> planned = PlanAll(options, *benchmark);
   if (!planned) return kUnusable;
+  if (options.dry_run) {
+    return DryRun(RowsOf(*std::move(planned)), own ? std::vector<Json>() : *results, options.json);
+  }
   CatchSignals();
   TablePrinter table(own ? *results : std::vector<Json>());
   RunAll(&*planned, options.jobs > 0 ? options.jobs : ProcessorCount(),
@@ -221,8 +280,7 @@ int RunBenchmarks(const BenchmarkOptions& options) {
            if (!options.json) table.Show(row);
          });
   if (!options.json) table.Finish();
-  std::vector<BenchmarkRow> rows;
-  for (PlannedTask& one : *planned) rows.push_back(std::move(one.row));
+  const std::vector<BenchmarkRow> rows = RowsOf(*std::move(planned));
   if (options.json) {
     Json list = Json::array();
     for (const BenchmarkRow& row : rows) list.push_back(RowJson(row));
@@ -241,7 +299,7 @@ int RunBenchmarks(const BenchmarkOptions& options) {
     return std::ranges::all_of(rows, met) ? kDone : kNo;
   }
   // What has just been written is no difference, but a task that is not met stays one.
-  const int differences = options.write ? 0 : CountDifferences(rows, *results);
+  const int differences = options.write ? 0 : CountDifferences(rows, *results, true);
   return CountUnmet(rows) + differences > 0 ? kNo : kDone;
 }
 
@@ -263,6 +321,8 @@ void AddBenchmark(CommandLine* line) {
   AddSettings(&sub, &options->params, &options->set);
   sub.Add("--jobs", &options->jobs, "Runs at a time (default: as many as there are processors)")
       .Range(1, 1024);
+  sub.Flag("--dry-run", &options->dry_run,
+           "Run nothing: only say whether results.json is of the same models, programs and worlds");
   sub.Flag("--write", &options->write, "Write what the robots get into FOLDER/results.json");
   sub.Json(&options->json);
   sub.Footer(
