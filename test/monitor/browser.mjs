@@ -75,14 +75,15 @@ export async function drawn(page) {
 export const time = (page) => page.evaluate(() => window.monitor.time);
 export const text = (page, selector) => page.locator(selector).innerText();
 
-/** Opens a live run of the mock that has run for so many ticks, seen by a camera that stands still. */
+/** Opens a live run of the mock that has run for so many ticks, seen by a camera that stands still, always as finely. */
 export async function openLive(browser, ticks, size, theme) {
   const page = await openMock(browser, 'live', size, theme);
   await page.evaluate((n) => window.server.advance('walk', n), ticks);
   await page.waitForFunction((n) => Math.round(window.monitor.time * 50) === n - 1, ticks);
   await page.evaluate(() => {
-    for (const flag of ['follow', 'trails'])
-      if (window.monitor.scene.view.options[flag]) window.monitor.scene.toggle(flag);
+    const { scene } = window.monitor;
+    scene.view.options.adaptive = false;
+    for (const flag of ['follow', 'trails']) if (scene.view.options[flag]) scene.toggle(flag);
   });
   await drawn(page);
   return page;

@@ -286,6 +286,29 @@ test('a log opens where there is something to see, and the address brings back w
   assert.deepEqual(page.problems, []);
 });
 
+test('without a graphics card fewer pixels are drawn of what moves, and more of what stands still', async () => {
+  const page = await openMock(browser, 'two');
+  const whenStill = () =>
+    page.waitForFunction(() => {
+      const { domElement: canvas } = window.monitor.scene.view.renderer;
+      return canvas.width === 2 * canvas.clientWidth;
+    });
+  await whenStill();
+  // A line of the ground is as wide as before.
+  const [moving, line] = await page.evaluate(() => {
+    const { view } = window.monitor.scene;
+    view.touch();
+    view.render(window.monitor.time);
+    const { domElement: canvas } = view.renderer;
+    return [canvas.width / canvas.clientWidth, view.ground.mesh.material.uniforms.pixelRatio.value];
+  });
+  assert.ok(moving > 0.7 && moving <= 1, `${moving} pixels`);
+  assert.equal(line, 1);
+  await whenStill();
+  assert.equal(await page.evaluate(() => window.monitor.scene.view.ground.mesh.material.uniforms.pixelRatio.value), 2);
+  assert.deepEqual(page.problems, []);
+});
+
 test('a layout that was saved comes back', async () => {
   const page = await live(60);
   const flags = () => page.evaluate(() => [window.monitor.scene.view.options.names, window.monitor.plots.views.length]);

@@ -12,6 +12,7 @@ import { angleBetween, compose, fixedAngles, invert, rotate, type Pose, type Qua
 import { Color, Matrix4, Mesh, PerspectiveCamera, Vector3 } from 'three';
 import { LinkBatches, sightOf } from '../src/view3d/link_batches.ts';
 import { keyName } from '../src/ui/keyboard.ts';
+import { hashOf } from '../src/ui/layout.ts';
 import { matchFields } from '../src/model/fields.ts';
 
 function filled(capacity: number, rows: number): Table {
@@ -159,6 +160,12 @@ test('poses compose, invert and turn as their matrices do', () => {
   [0, 0, -1].forEach((v, i) => assert.ok(Math.abs(turned[i] - v) < 1e-12));
   assert.ok(Math.abs(angleBetween(X.q, q([0, 0, 1], 1.0)) - 0.3) < 1e-12);
   assert.ok(Math.abs(fixedAngles(Y.q)[0] + 1.2) < 1e-12);
+});
+
+test('the address of a camera that trembles about a round place stays the same', () => {
+  const at = (x: number): string => hashOf({ camera: [x, -0.53124, 0, 1, 2, 3] });
+  assert.equal(at(-0.0002), at(0.0002));
+  assert.equal(at(0), 'camera=0.000+-0.531+0.000+1.000+2.000+3.000');
 });
 
 test('keys have one name each', () => {

@@ -117,6 +117,8 @@ class StreamFilm implements Film {
       this.recorder.stop();
     });
     for (const track of this.recorder.stream.getTracks()) track.stop();
+    // It encodes beside the page, and on a busy machine has not begun when a short recording ends.
+    if (!this.bytes) throw new Error('the browser has encoded no picture of it. Record for longer.');
     return new Blob(this.parts, { type: `video/${this.ending}` });
   }
 }

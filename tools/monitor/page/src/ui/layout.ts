@@ -24,6 +24,11 @@ export interface Layout {
 
 const SAVED = 'layouts';
 
+/** A coordinate in millimetres' steps. What rounds to zero has no sign, which would be another with every frame. */
+function placeText(metres: number): string {
+  return (Math.round(metres * 1000) / 1000 + 0).toFixed(3);
+}
+
 /** A layout as the part of a URL behind "#". */
 export function hashOf(layout: Layout): string {
   const parameters = new URLSearchParams();
@@ -34,7 +39,7 @@ export function hashOf(layout: Layout): string {
   if (layout.flags) parameters.set('show', layout.flags.join(' '));
   if (layout.colourBy) parameters.set('colour', layout.colourBy);
   if (layout.layout) parameters.set('robots', layout.layout);
-  if (layout.camera) parameters.set('camera', layout.camera.map((x) => x.toFixed(3)).join(' '));
+  if (layout.camera) parameters.set('camera', layout.camera.map(placeText).join(' '));
   for (const fields of layout.plots ?? []) parameters.append('plot', fields.join(';'));
   return parameters.toString();
 }

@@ -72,7 +72,8 @@ export class TimelineMarks {
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
     canvas.width = width * ratio;
     canvas.height = height * ratio;
-    const context = canvas.getContext('2d');
+    // Kept in memory, as plots are: of a live run they are drawn ten times a second.
+    const context = canvas.getContext('2d', { willReadFrequently: true });
     if (!context || span.end <= span.begin) return;
     context.scale(ratio, ratio);
     const styles = getComputedStyle(canvas);

@@ -28,14 +28,16 @@ void main() {
   gl_Position = projectionMatrix * seen;
 }`;
 
-// A line is as wide as a pixel at every distance; where several fall into one, they fade.
+// A line is as wide as a pixel of the page at every distance, in which there are so many drawn pixels; where several lines fall
+// into one, they fade.
 const FRAGMENT = `
 uniform vec3 sky, ground, fine, coarse;
+uniform float pixelRatio;
 varying vec2 place;
 varying float depth;
 float lines(float step) {
   vec2 p = place / step;
-  vec2 pixel = fwidth(p);
+  vec2 pixel = fwidth(p) * pixelRatio;
   vec2 nearness = clamp(1.0 - abs(fract(p - 0.5) - 0.5) / pixel, 0.0, 1.0);
   vec2 strength = nearness * clamp(1.0 - 2.0 * pixel, 0.0, 1.0);
   return max(strength.x, strength.y);
@@ -60,7 +62,7 @@ export class Ground {
     const material = new ShaderMaterial({
       vertexShader: VERTEX,
       fragmentShader: FRAGMENT,
-      uniforms: { sky: colour(), ground: colour(), fine: colour(), coarse: colour() },
+      uniforms: { sky: colour(), ground: colour(), fine: colour(), coarse: colour(), pixelRatio: { value: 1 } },
     });
     this.mesh = new Mesh(new PlaneGeometry(30, 30), material);
     this.mesh.rotation.x = -Math.PI / 2;
@@ -70,6 +72,12 @@ export class Ground {
   setTheme(theme: GroundTheme): void {
     const { uniforms } = this.mesh.material;
     for (const name of ['sky', 'ground', 'fine', 'coarse'] as const) uniforms[name].value = screenColour(theme[name]);
+  }
+
+  /** How many pixels are drawn in the width of one of the page. */
+  setPixelRatio(ratio: number): void {
+    // No line is thinner than what is drawn.
+    this.mesh.material.uniforms.pixelRatio.value = Math.max(1, ratio);
   }
 
   /** Lies under this place of the world; its lines stay where they are. */

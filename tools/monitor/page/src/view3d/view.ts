@@ -22,7 +22,7 @@ import { ViewOverlay } from './overlay.ts';
 export interface ViewOptions extends RobotOptions {
   colourBy: 'role' | 'module';
   ground: boolean;
-  /** Fewer pixels are drawn where drawing is slow; without it pictures can be compared. */
+  /** Where drawing is slow, fewer pixels are drawn of what moves; without it pictures can be compared. */
   adaptive: boolean;
   names: boolean;
   follow: boolean;
@@ -39,6 +39,9 @@ const THEMES = {
 /** Frames that follow each other later than this are slow, milliseconds; and how coarse pixels may get for it. */
 const SLOW_FRAME = 45;
 const LEAST_PIXEL_RATIO = 0.75;
+/** Without a graphics card: how long nothing has moved, milliseconds, when it is drawn with so many pixels that edges are smooth. */
+const STILL_AFTER = 250;
+const STILL_PIXEL_RATIO = 2;
 /** How far the camera may go from most robots, and how far it sees, metres. */
 const MOST_DISTANCE = 12;
 const FAR = 40;
@@ -48,6 +51,16 @@ const FOLLOW_FROM = 1e-4;
 /** From where the camera looks at first, and how high robots are seen from there, compared to how wide. */
 const VIEWPOINT = new Vector3(-0.6, 0.5, 0.72).normalize();
 const FLATNESS = 0.92;
+
+/** Whether this browser draws without a graphics card; how, its WebGL says in words. */
+function drawsInSoftware(): boolean {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const names = gl?.getExtension('WEBGL_debug_renderer_info');
+  const name = gl?.getParameter(names?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER) as string | undefined;
+  // Browsers keep few contexts at a time.
+  gl?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|basic render/i.test(name ?? '');
+}
 
 export class View3D {
   readonly options: ViewOptions = {
@@ -92,13 +105,18 @@ export class View3D {
   private pixelRatio = Math.min(window.devicePixelRatio || 1, 2);
   private slowFrames = 0;
   private lastDrawn = NaN;
+  private drawnAt = 0;
+  private readonly inSoftware = drawsInSoftware();
+  /** Whether what is seen has been drawn with STILL_PIXEL_RATIO. */
+  private sharp = false;
 
   /**
    * @param container the element that the view fills.
    * @throws Error if the browser has no WebGL.
    */
   constructor(private readonly container: HTMLElement) {
-    this.renderer = new WebGLRenderer({ antialias: true, powerPreference: 'low-power' });
+    // Smooth edges cost software a third of its frames; what stands still gets them otherwise.
+    this.renderer = new WebGLRenderer({ antialias: !this.inSoftware, powerPreference: 'low-power' });
     const canvas = this.renderer.domElement;
     canvas.setAttribute('role', 'img');
     canvas.setAttribute(
@@ -169,10 +187,13 @@ export class View3D {
     this.dirty = true;
   }
 
-  /** Draws with so many pixels to each of the page, neither more nor fewer, until what it returns is called. */
+  /**
+   * Draws with so many pixels to each of the page until what it returns is called: no fewer, and more only where nothing
+   * else makes edges smooth.
+   */
   fix(pixelRatio: number): () => void {
     const before = { pixelRatio: this.pixelRatio, adaptive: this.options.adaptive };
-    this.pixelRatio = pixelRatio;
+    this.pixelRatio = this.inSoftware ? Math.max(STILL_PIXEL_RATIO, pixelRatio) : pixelRatio;
     this.options.adaptive = false;
     this.resize();
     return () => {
@@ -213,9 +234,12 @@ export class View3D {
   render(time: number): boolean {
     if (!this.dirty) {
       this.lastDrawn = NaN;
+      if (!this.sharp && performance.now() - this.drawnAt > STILL_AFTER) this.sharpen();
       return false;
     }
     this.dirty = false;
+    if (this.sharp) this.setPixelRatio(this.pixelRatio);
+    this.sharp = false;
     this.shownTime = time;
     this.placeRobots(time);
     this.followRobots();
@@ -225,8 +249,22 @@ export class View3D {
     this.renderer.render(this.scene, this.camera);
     this.overlay.draw(this.camera, this.names());
     this.frames++;
-    this.adaptResolution(performance.now());
+    this.drawnAt = performance.now();
+    this.adaptResolution(this.drawnAt);
     return true;
+  }
+
+  /** Draws what stands still once more, with as many pixels as make edges smooth where WebGL does not. */
+  private sharpen(): void {
+    if (!this.inSoftware || !this.options.adaptive) return;
+    this.sharp = true;
+    this.setPixelRatio(STILL_PIXEL_RATIO);
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  private setPixelRatio(ratio: number): void {
+    this.renderer.setPixelRatio(ratio);
+    this.ground.setPixelRatio(ratio);
   }
 
   private placeRobots(time: number): void {
@@ -331,7 +369,7 @@ export class View3D {
   private resize(): void {
     const width = Math.max(1, this.container.clientWidth);
     const height = Math.max(1, this.container.clientHeight);
-    this.renderer.setPixelRatio(this.pixelRatio);
+    this.setPixelRatio(this.pixelRatio);
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     // In a narrow view the robot must still fit from left to right.
