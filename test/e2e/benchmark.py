@@ -84,6 +84,10 @@ class Some(Case):
         (folder / 'benchmark' / 'results.json').unlink()
         self.assertEqual(dry().stdout, f'{len(tasks)} runs\n')
         self.assertIn('--dry-run runs nothing', dry('--write', status=2).stderr)
+        # Of a robot of one's own no results are kept; what cannot run is told as it is before a run.
+        own = (folder / 'atron.m3l', folder / 'programs' / 'car.dyn', '--robot')
+        self.assertEqual(self.benchmark(FOLDER, *own, 'car', '--task', 'turn', '--dry-run').stdout, '1 run\n')
+        self.assertIn("no robot", self.benchmark(FOLDER, *own, 'cra', '--dry-run', status=2).stderr)
 
     def test_a_robot_of_ones_own_stands_beside_those_that_ship(self):
         model, program = SOURCE / 'models' / 'atron.m3l', SOURCE / 'models' / 'programs' / 'car.dyn'
@@ -153,9 +157,11 @@ class Some(Case):
         # Results that somebody has damaged are refused before anything runs.
         shutil.rmtree(self.folder / 'tasks')
         folder = self.own(task='title = "a"\nseconds = 1\nmet = "up > 1"\n')
-        for key, value in (('robot', 5), ('hash', None), ('figures', []), ('meant', 'yes')):
+        for key, value in (('robot', 5), ('hash', None), ('figures', []), ('meant', 'yes'), ('world_hash', None)):
             (folder / 'results.json').write_text(json.dumps([{**RESULTS[0], key: value}]), encoding='utf-8')
-            self.assertIn('a result lacks its task', self.benchmark(folder, *car, status=2).stderr)
+            told = self.benchmark(folder, *car, status=2).stderr
+            self.assertIn('a result lacks its task', told)
+            self.assertIn('--write makes it anew', told)
         self.assertIn('no task is in it', self.benchmark(self.folder, *car, status=2).stderr)
         self.assertIn("did you mean 'straight'?", self.benchmark(FOLDER, *car, '--task', 'strait', status=2).stderr)
         self.assertIn('a model and a program, or neither', self.benchmark(FOLDER, car[0], status=2).stderr)

@@ -120,3 +120,33 @@ test('where the browser gives a page no encoder, as over the network, a live run
   assert.ok(video.times.at(-1) > video.times[0], `${video.times}`);
   assert.deepEqual(page.problems, []);
 });
+
+test('a recording of which the browser has encoded nothing is told, and no file is saved', async () => {
+  const page = await openMock(browser, 'live');
+  await page.evaluate(() => {
+    // An encoder that never gets to its first picture.
+    window.MediaRecorder = class extends EventTarget {
+      static isTypeSupported = () => true;
+      mimeType = 'video/webm';
+      constructor(stream) {
+        super();
+        this.stream = stream;
+      }
+      start() {}
+      stop() {
+        this.dispatchEvent(new Event('stop'));
+      }
+    };
+    window.server.advance('walk', 50);
+  });
+  await page.waitForFunction(() => window.monitor.time > 0.9);
+  let saved = false;
+  page.on('download', () => (saved = true));
+  await page.locator('[data-action=record]').click();
+  await page.locator('.record-dialog [type=submit]').click();
+  await page.waitForSelector('[data-action=record]:has-text("Stop ")');
+  await page.locator('[data-action=record]').click();
+  await page.waitForSelector('.notice:has-text("The recording failed: the browser has encoded no picture")');
+  assert.ok(!saved);
+  assert.deepEqual(page.problems, []);
+});

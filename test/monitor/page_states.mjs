@@ -306,6 +306,16 @@ test('without a graphics card fewer pixels are drawn of what moves, and more of 
   assert.equal(line, 1);
   await whenStill();
   assert.equal(await page.evaluate(() => window.monitor.scene.view.ground.mesh.material.uniforms.pixelRatio.value), 2);
+  // The pictures of a video, which take as long as they take, are as smooth.
+  const filmed = await page.evaluate(() => {
+    const { view } = window.monitor.scene;
+    const { domElement: canvas } = view.renderer;
+    const restore = view.fix(1);
+    const ratio = canvas.width / canvas.clientWidth;
+    restore();
+    return ratio;
+  });
+  assert.equal(filmed, 2);
   assert.deepEqual(page.problems, []);
 });
 

@@ -110,7 +110,9 @@ Result<std::vector<Json>> ReadResults(const std::string& folder) {
   const Json json = Json::parse(*text, nullptr, false);
   if (!json.is_array()) return Fail(path + ": expected a list of results");
   if (!std::ranges::all_of(json, IsRow)) {
-    return Fail(path + ": a result lacks its task, model, robot, program, figures or a hash");
+    return Fail(path +
+                ": a result lacks its task, model, robot, program, figures or a hash; remove the "
+                "file, and --write makes it anew");
   }
   return std::vector<Json>(json.begin(), json.end());
 }
@@ -148,6 +150,8 @@ const Json* FindResult(const std::vector<Json>& results, const BenchmarkRow& row
 }
 
 std::vector<std::string> OtherInputs(const BenchmarkRow& row, const Json& known) {
+  // Both are asked by the same names, so that a row and its file cannot come to mean different
+  // things.
   const Json now = RowJson(row);
   std::vector<std::string> others;
   for (const std::string input : kInputs) {
