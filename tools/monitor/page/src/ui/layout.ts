@@ -26,7 +26,7 @@ const SAVED = 'layouts';
 
 /** A coordinate in millimetres' steps. What rounds to zero has no sign, which would be another with every frame. */
 function placeText(metres: number): string {
-  return (Math.round(metres * 1000) / 1000 + 0).toFixed(3);
+  return (Math.round(metres * 1000) / 1000).toFixed(3);
 }
 
 /** A layout as the part of a URL behind "#". */
