@@ -34,7 +34,7 @@ option(MORPHBUS_TESTS_SANITIZED "Under AddressSanitizer the tests' own sources a
 function(morphbus_without_instructions target)
   cmake_parse_arguments(ARG "" "" "SOURCES" ${ARGN})
   string(REPLACE "${CMAKE_SOURCE_DIR}/test/" "" sources "${ARG_SOURCES}")
-  if(MORPHBUS_SANITIZE MATCHES "address" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT MORPHBUS_TESTS_SANITIZED
+  if(MORPHBUS_SANITIZE MATCHES "address" AND NOT MORPHBUS_FUZZ AND NOT MORPHBUS_TESTS_SANITIZED
      AND NOT "${sources}" MATCHES "\\.\\./|${CMAKE_SOURCE_DIR}/")
     set_target_properties(${target} PROPERTIES MORPHBUS_NOT_SANITIZED ON)
   endif()
@@ -45,7 +45,7 @@ if(MORPHBUS_SANITIZE)
   target_compile_options(morphbus_sanitize INTERFACE -fno-omit-frame-pointer
     "$<$<NOT:$<BOOL:$<TARGET_PROPERTY:MORPHBUS_NOT_SANITIZED>>>:-fsanitize=${MORPHBUS_SANITIZE};-fno-sanitize-recover=all>")
   target_link_options(morphbus_sanitize INTERFACE -fsanitize=${MORPHBUS_SANITIZE})
-  if(MORPHBUS_SANITIZE MATCHES "address" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  if(MORPHBUS_SANITIZE MATCHES "address" AND NOT MORPHBUS_FUZZ)
     # Sanitized programs are large; gold links them twice as fast as bfd, and mold five times.
     include(CheckLinkerFlag)
     check_linker_flag(CXX -fuse-ld=mold MORPHBUS_HAS_MOLD)
@@ -55,13 +55,13 @@ if(MORPHBUS_SANITIZE)
     elseif(MORPHBUS_HAS_GOLD)
       target_link_options(morphbus_sanitize INTERFACE -fuse-ld=gold)
     endif()
-    # GCC describes each of UBSan's checks by data with two pointers, and keeps those of inline functions that the linker
+    # The compiler describes each of UBSan's checks by data with two pointers, and keeps those of inline functions that the linker
     # dropped: four million relocations in morphbus, a tenth of a second at each of the thousands of starts in the suite.
     # A program at a fixed address has none.
     target_link_options(morphbus_sanitize INTERFACE -no-pie)
     # AddressSanitizer stops where a null pointer is followed, and where a pointer that has left its object is; checked
     # again by UBSan these two are most of the time that the build takes. Checks of alignment, at every access, are a
-    # third of what is left. The fuzz targets (clang), which read all that comes from outside, have all three.
+    # third of what is left. The fuzz targets, which read all that comes from outside, have all three.
     target_compile_options(morphbus_sanitize INTERFACE
       "$<$<NOT:$<BOOL:$<TARGET_PROPERTY:MORPHBUS_NOT_SANITIZED>>>:-fno-sanitize=null,pointer-overflow,alignment>")
   endif()
@@ -71,7 +71,7 @@ if(MORPHBUS_SANITIZE)
 endif()
 
 # At -O2, GCC 12's flow analysis calls moves of vectors in its own headers null dereferences and dangling pointers;
-# the dev and asan presets, whose warnings are errors, look for the real ones.
+# the dev preset, whose warnings are errors, looks for the real ones.
 target_compile_options(morphbus_warnings INTERFACE
   $<$<AND:$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-Wno-null-dereference>
   $<$<AND:$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-Wno-dangling-pointer>)

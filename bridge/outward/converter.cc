@@ -275,7 +275,7 @@ void Converter::SendConnections(int64_t time_us) {
           !IsIndex(docked.mate_connector, mate_type.size())) {
         continue;
       }
-      morphbus::Connection& connection = *connections.add_connections();
+      morphbus::ModuleConnection& connection = *connections.add_connections();
       connection.set_module_a(run_->robot->modules[m].name);
       connection.set_connector_a(own_type[docked.connector].name);
       connection.set_module_b(run_->robot->modules[mate].name);

@@ -23,8 +23,8 @@ std::string Rgba(const Color& color) {
 // Where x points along z, only roll and yaw together are determined, and yaw is 0.
 Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R) {
   // Upright: x does not point along z, so that its direction in the plane tells the yaw.
-  constexpr double kNoise = 1e-12;
-  const bool upright = std::abs(R(0, 0)) > kNoise || std::abs(R(1, 0)) > kNoise;
+  constexpr double kRounding = 1e-12;
+  const bool upright = std::abs(R(0, 0)) > kRounding || std::abs(R(1, 0)) > kRounding;
   const double yaw = upright ? std::atan2(R(1, 0), R(0, 0)) : 0.0;
   const double s = std::sin(yaw);
   const double c = std::cos(yaw);

@@ -21,9 +21,6 @@ BINDING = re.compile(r"binding file (\S+) \[\d+\] to (\S+) \[\d+\]: normal symbo
 # glibc 2.36 and later read the short names, older ones those that end with _Usable.
 OLD_PROCESSOR = 'glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F,-AVX2_Usable,-FMA_Usable'
 
-# The run times of sanitizers pass calls on that come to them; the program's own functions stand before theirs, too.
-SANITIZERS = ('libasan.so', 'libubsan.so', 'libtsan.so')
-
 
 def bindings(program, *arguments, library_path=''):
     """All that the dynamic linker binds when this program (of ours, or a path) runs: (library, library that defines it, symbol)."""
@@ -43,7 +40,7 @@ class Bindings(unittest.TestCase):
         found = bindings(program)
         self.assertTrue([symbol for _, definer, symbol in found if definer.startswith('libm.so')], 'libm is bound by nobody')
         return [f'{user} calls {symbol} of {definer}' for user, definer, symbol in found
-                if definer.startswith('libm.so') and symbol not in EXACT and not user.startswith(('libm.so', *SANITIZERS))]
+                if definer.startswith('libm.so') and symbol not in EXACT and not user.startswith('libm.so')]
 
     def test_nobody_takes_what_is_not_exact_from_libm(self):
         # No library is exempt: even those that only draw call the program's own.

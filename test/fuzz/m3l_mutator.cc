@@ -37,8 +37,8 @@ constexpr const char* kPieces[] = {"connector",
                                    "unit = 0.01",
                                    "grouping = ( c1 )",
                                    "( point _9 : coords = ( 0 , 0 , 0 ) )",
-                                   "frame = ( m1 . l . ( axis : origin = ( 0 , 0 , 0 ) , "
-                                   "direction = ( 1 , 0 , 0 ) ) )"};
+                                   ("frame = ( m1 . l . ( axis : origin = ( 0 , 0 , 0 ) , "
+                                    "direction = ( 1 , 0 , 0 ) ) )")};
 
 Tokens Split(std::string_view text) {
   source::SourceSet sources;

@@ -73,9 +73,9 @@ TEST(BuildWordsTest, WhatASheetSaysTellsTheWaysOfMatingApart) {
   int compared = 0;
   for (const auto& [file, model] : test::ShippedModels()) {
     for (const model::Robot& robot : model.robots) {
-      const auto said = [&](const model::Robot& one, size_t added) {
-        const model::AssemblyPlan plan = model::PlanAssembly(model, one);
-        std::vector<std::string> lines = WayLines({model, one, plan}, plan.modules[added].module,
+      const auto said = [&shipped = model](const model::Robot& one, size_t added) {
+        const model::AssemblyPlan plan = model::PlanAssembly(shipped, one);
+        std::vector<std::string> lines = WayLines({shipped, one, plan}, plan.modules[added].module,
                                                   plan.modules[added].matings.front());
         lines.erase(lines.begin());
         return lines;

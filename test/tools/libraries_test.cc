@@ -9,6 +9,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+// Not for use: no message may have the name of a public class, or one program has two classes of
+// it.
+#include "bridge/outward/monitor.pb.h"
 #include "compiler/m3l/compile.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/pose_numbers.h"

@@ -122,7 +122,7 @@ TestImage OperandImage(const Code& code, const std::vector<TestJoin>& joins, Val
   role.parent = kBase;
   role.depth = 1;
   role.methods = {kMethod};
-  role.fields.emplace_back(ValueType::kFloat, Bits(1));
+  role.fields.push_back({ValueType::kFloat, Bits(1)});
   if (result == ValueType::kVoid) {
     role.startups = {kTested};
   } else {

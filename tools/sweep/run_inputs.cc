@@ -14,7 +14,7 @@
 namespace morphbus::tools {
 namespace {
 
-using Kind = RunInput::Kind;
+using InputKind = RunInput::Kind;
 
 /// Settings whose names inputs have, too, stand in points behind this.
 constexpr std::string_view kSetting = "set.";
@@ -39,7 +39,7 @@ std::string PathIn(const std::string& folder, const std::string& path) {
 
 /// The value as the input's option has it on a command line; a file's path is complete.
 Json InFolder(const RunInput& input, const Json& value, const std::string& folder) {
-  return input.kind == Kind::kFile ? Json(PathIn(folder, value.get<std::string>())) : value;
+  return input.kind == InputKind::kFile ? Json(PathIn(folder, value.get<std::string>())) : value;
 }
 
 }  // namespace
@@ -47,39 +47,39 @@ Json InFolder(const RunInput& input, const Json& value, const std::string& folde
 const std::vector<RunInput>& RunInputs() {
   using Options = RunOptions*;
   static const std::vector<RunInput> inputs = {
-      {"model", "models", Kind::kFile, "",
+      {"model", "models", InputKind::kFile, "",
        [](const Json& v, Options o) { o->model_file = v.get<std::string>(); }},
-      {"program", "programs", Kind::kFile, "",
+      {"program", "programs", InputKind::kFile, "",
        [](const Json& v, Options o) { o->program_file = v.get<std::string>(); }},
-      {"robot", "robots", Kind::kText, "--robot",
+      {"robot", "robots", InputKind::kText, "--robot",
        [](const Json& v, Options o) { o->robot = v.get<std::string>(); }},
-      {"seconds", "seconds", Kind::kSeconds, "--seconds",
+      {"seconds", "seconds", InputKind::kSeconds, "--seconds",
        [](const Json& v, Options o) { o->seconds = v.get<double>(); }},
-      {"root", "roots", Kind::kText, "--root",
+      {"root", "roots", InputKind::kText, "--root",
        [](const Json& v, Options o) { o->root = v.get<std::string>(); }},
-      {"world", "worlds", Kind::kFile, "--world",
+      {"world", "worlds", InputKind::kFile, "--world",
        [](const Json& v, Options o) { o->world = v.get<std::string>(); }},
-      {"friction", "frictions", Kind::kNumber, "--friction",
+      {"friction", "frictions", InputKind::kNumber, "--friction",
        [](const Json& v, Options o) { o->friction = v.get<double>(); }},
-      {"ground", "ground", Kind::kTruth, "--ground",
+      {"ground", "ground", InputKind::kTruth, "--ground",
        [](const Json& v, Options o) { o->ground = v.get<bool>(); }},
-      {"still", "still", Kind::kTruth, "--still",
+      {"still", "still", InputKind::kTruth, "--still",
        [](const Json& v, Options o) { o->still = v.get<bool>(); }},
-      {"realtime", "realtime", Kind::kTruth, "--realtime",
+      {"realtime", "realtime", InputKind::kTruth, "--realtime",
        [](const Json& v, Options o) { o->realtime = v.get<bool>(); }},
-      {"root_sensor", "root_sensor", Kind::kTruth, "--root-sensor",
+      {"root_sensor", "root_sensor", InputKind::kTruth, "--root-sensor",
        [](const Json& v, Options o) { o->root_sensor = v.get<bool>(); }},
-      {"root_noise", "root_noises", Kind::kText, "--root-noise",
+      {"root_noise", "root_noises", InputKind::kText, "--root-noise",
        [](const Json& v, Options o) { o->root_noise = v.get<std::string>(); }},
-      {"loss", "losses", Kind::kFraction, "--loss",
+      {"loss", "losses", InputKind::kFraction, "--loss",
        [](const Json& v, Options o) { o->loss = v.get<double>(); }},
-      {"faults", "faults", Kind::kFile, "--faults",
+      {"faults", "faults", InputKind::kFile, "--faults",
        [](const Json& v, Options o) { o->faults = v.get<std::string>(); }},
-      {"seed", "seeds", Kind::kWhole, "--seed",
+      {"seed", "seeds", InputKind::kWhole, "--seed",
        [](const Json& v, Options o) { o->seed = v.get<uint64_t>(); }},
-      {"noise_seed", "noise_seeds", Kind::kWhole, "--noise-seed",
+      {"noise_seed", "noise_seeds", InputKind::kWhole, "--noise-seed",
        [](const Json& v, Options o) { o->noise_seed = v.get<int>(); }},
-      {"random_seed", "random_seeds", Kind::kWhole, "--random-seed",
+      {"random_seed", "random_seeds", InputKind::kWhole, "--random-seed",
        [](const Json& v, Options o) { o->random_seed = v.get<uint64_t>(); }}};
   return inputs;
 }
@@ -101,22 +101,22 @@ Result<Json> CheckedInput(const RunInput& input, const Json& value) {
     return Json(*number);
   };
   switch (input.kind) {
-    case Kind::kFile:
-    case Kind::kText:
+    case InputKind::kFile:
+    case InputKind::kText:
       if (!value.is_string()) return Fail("expected a text");
       return value;
-    case Kind::kNumber:
+    case InputKind::kNumber:
       if (!value.is_number()) return Fail("expected a number");
       return Json(value.get<double>());
-    case Kind::kSeconds: {
+    case InputKind::kSeconds: {
       const Result<Json> seconds = quantity(kSecondsReader);
       // A run of a sweep ends by itself.
       if (seconds && !(seconds->get<double>() > 0)) return Fail("expected seconds, more than 0");
       return seconds;
     }
-    case Kind::kFraction:
+    case InputKind::kFraction:
       return quantity(kFractionReader);
-    case Kind::kWhole: {
+    case InputKind::kWhole: {
       const bool noise = input.name == "noise_seed";
       const int64_t most = noise ? 1'000'000'000 : INT64_MAX;
       if (!value.is_number_integer() || value.get<int64_t>() < 0 || value.get<int64_t>() > most) {
@@ -125,7 +125,7 @@ Result<Json> CheckedInput(const RunInput& input, const Json& value) {
       }
       return value;
     }
-    case Kind::kTruth:
+    case InputKind::kTruth:
       if (!value.is_boolean()) return Fail("expected true or false");
       return value;
   }
@@ -177,7 +177,7 @@ std::string RunCommand(const RunPoint& told, const std::string& folder) {
     const auto found = point.find(input.name);
     if (found == point.end()) continue;
     const Json value = InFolder(input, *found, folder);
-    const bool flag = input.kind == Kind::kTruth && input.name != "ground";
+    const bool flag = input.kind == InputKind::kTruth && input.name != "ground";
     // An empty text, as of a world that is none, is an option that is left out.
     if ((flag && !value.get<bool>()) || value == "") continue;
     if (!input.option.empty()) words.emplace_back(input.option);
