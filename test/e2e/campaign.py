@@ -6,9 +6,15 @@ import re
 import shlex
 import signal
 import subprocess
+import sys
 import unittest
 
 from support import BIN, LIMIT, SOURCE, Case, await_condition, processes_of
+
+sys.path.insert(0, str(SOURCE / 'tools'))
+from cases.case import attributes, shipped_pairs, shipped_robot  # noqa: E402
+from cases.chance import Chance  # noqa: E402
+from cases.programs import random_program  # noqa: E402
 
 TOOL = SOURCE / 'tools' / 'campaign'
 WAYS = ('reference', 'lossy', 'processes', 'rough', 'killed', 'frozen', 'everything', 'logged')
@@ -130,6 +136,13 @@ class Findings(CampaignCase):
         self.assertIn(again.split(' --morphbus')[0], self.campaign('--summary', self.results, status=1))
         # It is the liar's, and not the run's.
         self.campaign('--case', 5, '--way', 'processes')
+
+    def test_every_robot_that_ships_can_be_that_of_a_case(self):
+        for _, model, robots, _ in shipped_pairs():
+            for name in robots:
+                robot, chance = shipped_robot(model, name), Chance('case', 1)
+                self.assertTrue(attributes(chance, robot), name)
+                self.assertIn('role ', random_program(chance, robot)[0], name)
 
     def test_a_run_that_takes_too_long_is_no_difference(self):
         said = self.campaign('--results', self.results, '--cases', '1-2', '--limit', 0.001)

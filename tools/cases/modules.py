@@ -45,6 +45,7 @@ TYPES = {
     'CORE': ModuleType({}, ('body',), ('front', 'right', 'back', 'left'), (0.0,), 0.075),
     'BRICK': ModuleType({}, ('body',), ('back', 'front', 'right', 'left'), (0.0,), 0.0375),
     'ACTIVE_HINGE': ModuleType({'hinge': 'revolute'}, ('frame', 'servo'), ('base', 'tip'), (0.026, 0.058), 0.026),
+    'SOLE': ModuleType({}, ('plate',), ('top',), (0.005,), 0.005, sensors=('self.LEVEL.GET_TILT()',)),
     'TELESCOPE': ModuleType({'slide': 'prismatic'}, ('rod', 'tube'), ('head', 'tail'), (-0.0325, 0.0325), 0.0325),
 }
 
