@@ -55,9 +55,8 @@ if(MORPHBUS_SANITIZE)
     elseif(MORPHBUS_HAS_GOLD)
       target_link_options(morphbus_sanitize INTERFACE -fuse-ld=gold)
     endif()
-    # The compiler describes each of UBSan's checks by data with two pointers, and keeps those of inline functions that the linker
-    # dropped: four million relocations in morphbus, a tenth of a second at each of the thousands of starts in the suite.
-    # A program at a fixed address has none.
+    # Each of UBSan's checks is described by data with pointers: half a million relocations in morphbus, a sixth of the time
+    # of each of the thousands of starts in the suite. A program at a fixed address has none.
     target_link_options(morphbus_sanitize INTERFACE -no-pie)
     # AddressSanitizer stops where a null pointer is followed, and where a pointer that has left its object is; checked
     # again by UBSan these two are most of the time that the build takes. Checks of alignment, at every access, are a

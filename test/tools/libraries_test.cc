@@ -9,8 +9,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-// Not for use: no message may have the name of a public class, or one program has two classes of
-// it.
+// Only so that a message with the name of a public class does not compile: one program has both.
 #include "bridge/outward/monitor.pb.h"
 #include "compiler/m3l/compile.h"
 #include "compiler/model/forward_kinematics.h"

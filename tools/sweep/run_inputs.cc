@@ -45,6 +45,8 @@ Json InFolder(const RunInput& input, const Json& value, const std::string& folde
 }  // namespace
 
 const std::vector<RunInput>& RunInputs() {
+  // In this order a command that is told has their options; the model and the program, which have
+  // none, come first.
   using Options = RunOptions*;
   static const std::vector<RunInput> inputs = {
       {"model", "models", InputKind::kFile, "",
@@ -143,6 +145,7 @@ std::string PointName(const std::string& setting) {
 
 RunOptions OptionsOf(const RunPoint& point, const std::string& folder) {
   RunOptions options;
+  // Rows are many, short and run beside each other: each in one process, and only its figures stay.
   options.inproc = true;
   options.no_log = true;
   for (const auto& [name, value] : point.items()) {
@@ -172,11 +175,13 @@ std::string RunCommand(const RunPoint& told, const std::string& folder) {
   } else {
     before = "morphbus run";
   }
+  // What the point has of the inputs stands behind that, and then what it sets in the program.
   std::vector<std::string> words = {before};
   for (const RunInput& input : RunInputs()) {
     const auto found = point.find(input.name);
     if (found == point.end()) continue;
     const Json value = InFolder(input, *found, folder);
+    // Options of truths take no value, but for --ground, which also says that there is none.
     const bool flag = input.kind == InputKind::kTruth && input.name != "ground";
     // An empty text, as of a world that is none, is an option that is left out.
     if ((flag && !value.get<bool>()) || value == "") continue;
@@ -202,6 +207,7 @@ std::string ShellWord(const std::string& word) {
            std::string_view("_-+=./,:@%").find(c) != std::string_view::npos;
   };
   if (!word.empty() && std::ranges::all_of(word, plain)) return word;
+  // Within single quotes a shell reads everything as it stands, but for their end.
   std::string quoted = "'";
   for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return quoted + "'";
