@@ -80,6 +80,10 @@ Panel PanelOfScene(Scene scene, const NamedView& view) {
     extent.min().x() -= short_of / 2;
     extent.max().x() += short_of / 2;
   }
+  // Above it is room for the compass and the scale bar, which are read where nothing is behind
+  // them.
+  constexpr double kRoomAbove = 0.15;
+  extent.max().y() += kRoomAbove * extent.sizes().x();
   panel.extent = extent;
   return panel;
 }
@@ -327,6 +331,14 @@ SheetPicture TypePicture(const model::Model& model, int type) {
       const std::optional<Vector3d> way = known ? std::optional(face->second) : std::nullopt;
       if (!sight.Sees(connector.p_MoCo_M, way, 0)) continue;
       scene.marks.push_back({connector.name, connector.p_MoCo_M, {}, SceneMark::Kind::kText});
+      // A step tells which points meet, and a person must find them on the module: where the
+      // connector is not seen so much from the side that their names would lie on each other.
+      constexpr double kFlat = 0.4;
+      if (way && sight.projection.Direction(*way).z() < kFlat) continue;
+      for (size_t i = 0; i < connector.subpoints.size(); ++i) {
+        scene.marks.push_back(
+            {connector.subpoint_names[i], connector.subpoints[i], {}, SceneMark::Kind::kSmallText});
+      }
     }
     picture.drawing.panels.push_back(PanelOfScene(std::move(scene), view));
     // A module in the hand has no north.

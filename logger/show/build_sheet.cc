@@ -88,8 +88,14 @@ class Builder {
         fmt::format("Write on each its name: {}.", NameFirst(names, kMostListed)));
     std::vector<std::string> connectors;
     for (const model::Connector& c : of.connectors) connectors.push_back(c.name);
-    block.lines.push_back(fmt::format("Its connectors are {}: mark them as the picture has them.",
-                                      ListWords(connectors)));
+    block.lines.push_back(
+        connectors.size() == 1
+            ? fmt::format("Its connector is {}: mark it as the picture has it.", connectors[0])
+            : fmt::format("Its connectors are {}: mark them as the picture has them.",
+                          ListWords(connectors)));
+    if (std::ranges::any_of(of.connectors, [](const auto& c) { return !c.subpoints.empty(); })) {
+      block.lines.push_back("The small names beside a connector are those of its points.");
+    }
     if (const std::string ranges = JointRanges(of); !ranges.empty()) {
       block.lines.push_back(fmt::format("Its joints go {}.", ranges));
     }
@@ -111,10 +117,9 @@ class Builder {
       used_.insert({d.module_b, d.connector_b});
     }
     part.paragraphs.push_back(
-        fmt::format("{} and {}: {} of their {} connectors are used, {} stay free.",
-                    Counted(NumModules(), "module"),
+        fmt::format("{} and {}; {} of {} used, {} free.", Counted(NumModules(), "module"),
                     Counted(std::ssize(assembly_.robot.dockings), "connection"), used_.size(),
-                    connectors, connectors - used_.size()));
+                    Counted(static_cast<int>(connectors), "connector"), connectors - used_.size()));
     for (const auto& [type, names] : of_type) part.blocks.push_back(TypeBlock(type, names));
     // A line a kind of connection, in the order of its numbers.
     std::map<std::pair<int, int>, int> kinds;
@@ -284,15 +289,16 @@ class Builder {
   void AddTelling(const solver::CheckPose& pose, SheetBlock& block) const {
     if (pose.num_other_ways == 0) return;
     const int alike = static_cast<int>(pose.alike.size());
-    const std::string others =
-        Counted(pose.num_other_ways, "other way") + " in which these connectors mate as well";
+    const std::string others = fmt::format("There {} {} in which these connectors mate as well",
+                                           pose.num_other_ways == 1 ? "is" : "are",
+                                           Counted(pose.num_other_ways, "other way"));
     const double shift_mm = std::floor(pose.least_shift_m * 1000.0);
     if (alike == pose.num_other_ways) {
-      block.lines.push_back(fmt::format("There are {}: none of them shows here.", others));
+      block.lines.push_back(others + ", of which none shows here.");
     } else {
       block.lines.push_back(fmt::format(
-          "There are {}: {} would show here, something would be {:.0f} mm or more from its place.",
-          others, alike == 0 ? "each" : std::to_string(pose.num_other_ways - alike), shift_mm));
+          "{}; {} would show here, something would be {:.0f} mm or more from its place.", others,
+          alike == 0 ? "each" : std::to_string(pose.num_other_ways - alike), shift_mm));
     }
     if (alike == 0) return;
     std::map<int, std::vector<std::string>> by_module;

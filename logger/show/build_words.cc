@@ -22,16 +22,16 @@ constexpr double kAlong = 0.9994;
 /// A number with at most one decimal, without a negative zero.
 std::string Rounded(double value) { return model::NumberText(std::round(value * 10.0) / 10.0); }
 
-/// "north to south", "upright", "east to west": a line in the robot frame.
-std::string LineWords(const Vector3d& axis_R) {
-  constexpr std::array<const char*, 3> kNames = {"north to south", "upright", "east to west"};
-  for (int i = 0; i < 3; ++i) {
-    if (std::abs(axis_R[i]) > kAlong) return kNames[i];
-  }
-  // One of the two ways along it, always the same one.
-  int largest = 0;
-  axis_R.cwiseAbs().maxCoeff(&largest);
-  return "towards " + DirectionWords(axis_R[largest] < 0 ? Vector3d(-axis_R) : axis_R);
+/// Which way a joint of a module lies: one turned about half round has its axis on the same line.
+std::string AxisWords(const Assembly& assembly, int module, const model::Joint& joint) {
+  const model::ModuleType& type = assembly.TypeOf(module);
+  const Vector3d axis_R = assembly.plan.X_RL[module][joint.link_a].linear() * joint.axis;
+  const std::string& moves = type.links[joint.link_a].name;
+  return fmt::format("the axis of {}.{} points {}, {} at positive values", assembly.NameOf(module),
+                     joint.name, DirectionWords(axis_R),
+                     joint.type == model::JointType::kPrismatic
+                         ? "where " + moves + " goes"
+                         : "about which " + moves + " turns anticlockwise");
 }
 
 /// The connectors of a module that say something of how it is turned about the line on which it
@@ -72,14 +72,10 @@ std::string NumberLine(const Assembly& assembly, int module, const model::Mating
   const std::string among = fmt::format("the {} ways of these two ({})", mating.ways.size(),
                                         fmt::join(mating.ways, ", "));
   const int first = mating.ways.front();
-  if (mating.number == first) {
-    return fmt::format("Which way round: number {} of {}, the first of {}.", mating.number, name,
-                       among);
-  }
-  if (!mating.turn) {
-    return fmt::format("Which way round: number {} of {}, not number {}, the first of {}.",
-                       mating.number, name, first, among);
-  }
+  const std::string number =
+      fmt::format("Which way round {} lies: number {} of {}", own, mating.number, name);
+  if (mating.number == first) return fmt::format("{}, the first of {}.", number, among);
+  if (!mating.turn) return fmt::format("{}, not number {}, the first of {}.", number, first, among);
   // Clockwise is to whoever looks at the face on which it is put.
   const std::string words = TurnWords(*mating.turn);
   const std::string looked =
@@ -87,8 +83,8 @@ std::string NumberLine(const Assembly& assembly, int module, const model::Mating
           ? fmt::format(" as you look at {}",
                         assembly.EndOf(mating.standing, mating.standing_connector))
           : "";
-  return fmt::format("Which way round: number {} of {}, {}{} from number {}, the first of {}.",
-                     mating.number, name, words, looked, first, among);
+  return fmt::format("{}, {}{} from number {}, the first of {}.", number, words, looked, first,
+                     among);
 }
 
 }  // namespace
@@ -194,9 +190,7 @@ std::vector<std::string> WayLines(const Assembly& assembly, int module,
   if (facings.empty()) {
     for (const model::Joint& joint : type.joints) {
       if (joint.type == model::JointType::kFixed) continue;
-      const Vector3d axis_R = assembly.plan.X_RL[module][joint.link_a].linear() * joint.axis;
-      facings.push_back(fmt::format("the axis of {}.{} lies {}", assembly.NameOf(module),
-                                    joint.name, LineWords(axis_R)));
+      facings.push_back(AxisWords(assembly, module, joint));
     }
   }
   if (!facings.empty()) lines.push_back(fmt::format("Then {}.", fmt::join(facings, "; ")));

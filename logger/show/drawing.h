@@ -64,8 +64,8 @@ struct LegendEntry {
 
 /// A dot with a short text, drawn over everything: where something is that a reader shall find.
 struct SceneMark {
-  /// How much it stands out: a dot; a ring, of what something hides; the text alone.
-  enum class Kind { kDot, kRing, kText };
+  /// How much it stands out: a dot; a ring, of what something hides; the text alone, also small.
+  enum class Kind { kDot, kRing, kText, kSmallText };
   std::string text;
   /// Where it is (m, in W).
   Eigen::Vector3d p_W;

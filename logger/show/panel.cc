@@ -96,6 +96,20 @@ void DrawFaces(cairo_t* cr, const std::vector<VisibleFace>& faces, const PanelMa
   cairo_set_line_cap(cr, CAIRO_LINE_CAP_BUTT);
 }
 
+/// A text in bold type with its middle at x, on the base line y, with a border in the color of the
+/// panel, so that it is read on any color.
+void TextWithHalo(cairo_t* cr, double x, double y, const std::string& text, double size,
+                  double border, const Theme& theme) {
+  const cairo_text_extents_t extents = Measure(cr, text, size, true);
+  cairo_move_to(cr, x - extents.x_advance / 2, y);
+  cairo_text_path(cr, text.c_str());
+  SetColor(cr, theme.panel, 0.85);
+  cairo_set_line_width(cr, border);
+  cairo_stroke_preserve(cr);
+  SetColor(cr, theme.ink);
+  cairo_fill(cr);
+}
+
 /// Names in small type, with a halo so that they can be read on any color, and lines to the modules
 /// on which there is no room.
 void DrawNames(cairo_t* cr, const Scene& scene, const std::vector<VisibleFace>& faces,
@@ -118,15 +132,9 @@ void DrawNames(cairo_t* cr, const Scene& scene, const std::vector<VisibleFace>& 
   }
   // Each name is centred on its place, with a border in the color of the panel under the type.
   for (const PlacedLabel& label : labels) {
-    const cairo_text_extents_t extents = Measure(cr, label.text, kNameSize, true);
-    cairo_move_to(cr, map.U(label.centre.x()) - extents.x_advance / 2,
-                  map.V(label.centre.y()) + extents.height / 2);
-    cairo_text_path(cr, label.text.c_str());
-    SetColor(cr, map.theme->panel, 0.85);
-    cairo_set_line_width(cr, 3);
-    cairo_stroke_preserve(cr);
-    SetColor(cr, map.theme->ink);
-    cairo_fill(cr);
+    const double height = Measure(cr, label.text, kNameSize, true).height;
+    TextWithHalo(cr, map.U(label.centre.x()), map.V(label.centre.y()) + height / 2, label.text,
+                 kNameSize, 3, *map.theme);
   }
 }
 
@@ -143,8 +151,8 @@ void DrawLines(cairo_t* cr, const Scene& scene, const Projection& projection, co
   cairo_set_dash(cr, nullptr, 0, 0);
 }
 
-/// Dots over everything, with their texts in white; rings, with texts in the color of the mark on
-/// the ground of the panel; and texts alone, with a border in that color.
+/// Dots over everything, with their texts in white, or below them where these are wider; rings,
+/// with texts in the color of the mark on the ground of the panel; and texts alone.
 void DrawMarks(cairo_t* cr, const Scene& scene, const Projection& projection, const PanelMap& map) {
   constexpr double kRadius = 8;
   for (const SceneMark& mark : scene.marks) {
@@ -152,26 +160,25 @@ void DrawMarks(cairo_t* cr, const Scene& scene, const Projection& projection, co
     const double x = map.U(p.x()), y = map.V(p.y());
     // The last mark's text has left a point, from which a line would lead here.
     cairo_new_path(cr);
-    if (mark.kind == SceneMark::Kind::kText) {
-      const cairo_text_extents_t extents = Measure(cr, mark.text, 10, true);
-      cairo_move_to(cr, x - extents.x_advance / 2, y + 3.5);
-      cairo_text_path(cr, mark.text.c_str());
-      SetColor(cr, map.theme->panel, 0.85);
-      cairo_set_line_width(cr, 2.4);
-      cairo_stroke_preserve(cr);
-      SetColor(cr, map.theme->ink);
-      cairo_fill(cr);
+    if (mark.kind == SceneMark::Kind::kText || mark.kind == SceneMark::Kind::kSmallText) {
+      const double size = mark.kind == SceneMark::Kind::kText ? 10 : 6;
+      TextWithHalo(cr, x, y + 0.35 * size, mark.text, size, 0.24 * size, *map.theme);
       continue;
     }
     const bool dot = mark.kind == SceneMark::Kind::kDot;
     const Color edge = dot ? Color{1, 1, 1} : mark.color;
-    cairo_arc(cr, x, y, kRadius, 0, 2 * EIGEN_PI);
+    const bool holds_text = Measure(cr, mark.text, 10, true).x_advance < 2 * kRadius;
+    cairo_arc(cr, x, y, holds_text ? kRadius : kRadius / 2, 0, 2 * EIGEN_PI);
     SetColor(cr, dot ? mark.color : map.theme->panel, dot ? 1 : 0.8);
     cairo_fill_preserve(cr);
     SetColor(cr, edge);
     cairo_set_line_width(cr, dot ? 1.2 : 1.8);
     cairo_stroke(cr);
-    Text(cr, x, y + 3.5, mark.text, 10, Align::kCentre, true, edge);
+    if (holds_text) {
+      Text(cr, x, y + 3.5, mark.text, 10, Align::kCentre, true, edge);
+    } else {
+      TextWithHalo(cr, x, y + 16, mark.text, 10, 2.4, *map.theme);
+    }
   }
 }
 

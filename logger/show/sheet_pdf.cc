@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "compiler/base/utf8.h"
 #include "logger/show/paint.h"
 #include "logger/show/sheet.h"
 
@@ -90,11 +91,13 @@ class PdfWriter {
         continue;
       }
       if (!lines.back().empty()) lines.emplace_back();
-      // Byte by byte, but never within a character of UTF-8.
-      for (size_t i = 0; i < word.size(); ++i) {
-        const bool begins = (static_cast<unsigned char>(word[i]) & 0xC0) != 0x80;
-        if (begins && !lines.back().empty() && !fits(lines.back() + word[i])) lines.emplace_back();
-        lines.back() += word[i];
+      // Character by character: cairo draws nothing more once it was asked how wide a part of a
+      // character is.
+      for (size_t i = 0; i < word.size();) {
+        const std::string character = word.substr(i, std::max<size_t>(Utf8Length(word, i), 1));
+        if (!lines.back().empty() && !fits(lines.back() + character)) lines.emplace_back();
+        lines.back() += character;
+        i += character.size();
       }
     }
     return lines;

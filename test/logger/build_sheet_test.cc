@@ -98,6 +98,35 @@ TEST(BuildWordsTest, WhatASheetSaysTellsTheWaysOfMatingApart) {
   EXPECT_GT(compared, 100);
 }
 
+TEST(BuildWordsTest, AnAxisPointsElsewhereWhenAModuleIsHalfATurnRound) {
+  // The module has nothing else across the line on which it mates, and no points with names.
+  const model::Model model = test::DirectedModel("", R"(
+module LIMB: unit=0.1
+point front: coords=(1,0,0), connector, normal=(1,0,0)
+point back: coords=(-1,0,0), connector, normal=(-1,0,0)
+link upper: grouping=(front), hull=box(size=(1,1,1),at=(.5,0,0)), mass=0.2
+link lower: grouping=(back), hull=box(size=(1,1,1),at=(-.5,0,0)), mass=0.2
+axis ax: origin=(0,0,0), direction=(0,0,1)
+axis ay: origin=(0,0,0), direction=(0,0,-1)
+axis up: origin=(0,0,0), direction=(0,1,0)
+joint knee: type=revolute, value=[-90deg,90deg], pair=((upper,ax),(lower,ay))
+connection PLUG: members=(LIMB a, LIMB b), conditions=(
+  a.front coincident b.back and a.front antiparallel b.back
+  and (a.up parallel b.up or a.up antiparallel b.up))
+robot one: modules=(LIMB m1, LIMB m2), connections=((m1.front,m2.back,1))
+robot two: modules=(LIMB m1, LIMB m2), connections=((m1.front,m2.back,2))
+)");
+  std::set<std::string> said;
+  for (const model::Robot& robot : model.robots) {
+    const model::AssemblyPlan plan = model::PlanAssembly(model, robot);
+    said.insert(WayLines({model, robot, plan}, 1, plan.modules[1].matings.front()).back());
+  }
+  EXPECT_EQ(said, (std::set<std::string>{"Then the axis of m2.knee points east, about which upper "
+                                         "turns anticlockwise at positive values.",
+                                         "Then the axis of m2.knee points west, about which upper "
+                                         "turns anticlockwise at positive values."}));
+}
+
 TEST(BuildSheetTest, TheQuadrupedIsBuiltInNineSteps) {
   const Planned quadruped = Shipped("mtran.m3l", "quadruped");
   const Sheet sheet = BuildSheet(quadruped.assembly, quadruped.poses);
@@ -117,13 +146,14 @@ TEST(BuildSheetTest, TheQuadrupedIsBuiltInNineSteps) {
       m8->heading +
           "\nSet all joints of m8 to 0."
           "\nPut m8.c4 (no. 2) on m5.c1 (no. 1) and m8.c5 (no. 4) on m7.c2 (no. 3), all at once."
-          "\nWhich way round: number 35 of MTRAN_to_MTRAN, half a turn from number 33, the "
+          "\nWhich way round m8.c4 lies: number 35 of MTRAN_to_MTRAN, half a turn from number 33, "
+          "the "
           "first of the 4 ways of these two (33, 34, 35, 36)."
           "\nThen m8.c2 faces south, as m5.c2 does; m8.c5 faces north, as m5.c5 does."
           "\nPoints of m8.c4 that meet those of m5.c1: _1 on _1, _2 on _4, _3 on _3, _4 on _2."
           "\nTo join them, set m5.c1 extended = true."
-          "\nWhich way round: number 53 of MTRAN_to_MTRAN, the first of the 4 ways of these two "
-          "(53, 54, 55, 56)."
+          "\nWhich way round m8.c5 lies: number 53 of MTRAN_to_MTRAN, the first of the 4 ways of "
+          "these two (53, 54, 55, 56)."
           "\nTo join them, set m7.c2 extended = true."
           "\nm8.c5 on m7.c2 closes a loop: m8 – m5 – m7.");
   EXPECT_EQ(PartCalled(sheet, "Loops").blocks[0].table->rows.size(), 2u);
@@ -219,7 +249,9 @@ TEST(SheetTest, WhatDoesNotFitOnAPageGoesOnOnTheNext) {
   for (int i = 0; i < 200; ++i) table.rows.push_back({"row " + std::to_string(i), "1"});
   SheetBlock block;
   block.heading = "a table";
-  block.lines = {std::string(3000, 'w'), "and a line"};
+  std::string angles;
+  for (int i = 0; i < 200; ++i) angles += "120°";
+  block.lines = {std::string(3000, 'w'), angles, "and a line"};
   block.table = table;
   sheet.parts.push_back({"part", {}, {block}});
   const Result<std::string> pdf = SheetPdf(sheet, Ignore);

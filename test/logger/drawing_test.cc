@@ -360,6 +360,29 @@ TEST_F(DrawingTest, AnEmptySceneIsAnEmptyPicture) {
   EXPECT_TRUE(RenderPicture(drawing, "empty.png"));
 }
 
+TEST_F(DrawingTest, ADotThatIsNarrowerThanItsTextHasItBelow) {
+  // White letters beside the dot could not be read on a light ground.
+  Drawing drawing;
+  drawing.panels.push_back({Scene(), View::kSide, ""});
+  drawing.panels[0].scene.ground = false;
+  drawing.panels[0].scene.marks.push_back({"front", {0, 0, 0}});
+  const Raster raster = *RenderRaster(drawing, 1);
+  // Without bodies the panel is a square of 760 pixels, below and beside margins of 38 and 16.
+  const int u = 16 + 380, v = 38 + 380;
+  const auto dark_between = [&](int low, int high) {
+    int dark = 0;
+    for (int y = v + low; y < v + high; ++y) {
+      for (int x = u - 20; x < u + 20; ++x) {
+        const uint8_t* pixel = &raster.rgba[4 * (static_cast<size_t>(y) * raster.width + x)];
+        dark += std::max({pixel[0], pixel[1], pixel[2]}) < 80 ? 1 : 0;
+      }
+    }
+    return dark;
+  };
+  EXPECT_GT(dark_between(6, 18), 20);
+  EXPECT_EQ(dark_between(-18, 6), 0);
+}
+
 TEST_F(DrawingTest, TheHullIsWhereItShouldBeInItsColor) {
   Drawing drawing = OneCube();
   drawing.panels[0].scene.hulls[0].color = {0.9, 0.1, 0.1};
