@@ -29,7 +29,7 @@ struct LabelPlane {
   Eigen::Vector2d low, high;
   /// Edge of a cell (m); all of a cell is one module's, or no module's.
   double cell = 0.001;
-  /// Mean width of a character and height of a line of the type, at the picture's scale (m).
+  /// Width of a character and height of a line of the type, at the picture's scale (m).
   double character_width = 0.0;
   double character_height = 0.0;
 };

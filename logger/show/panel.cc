@@ -117,8 +117,14 @@ void DrawNames(cairo_t* cr, const Scene& scene, const std::vector<VisibleFace>& 
   // The type's size is in pixels; labels are placed in metres of the picture plane.
   constexpr double kNameSize = 10;
   constexpr double kCellPx = 3;
+  // Each name has the room of the one with the widest characters, so that none covers another.
+  double character = 0.65 * kNameSize;
+  for (const SceneName& name : scene.names) {
+    const double width = Measure(cr, name.text, kNameSize, true).x_advance;
+    character = std::max(character, width / static_cast<double>(name.text.size()));
+  }
   const LabelPlane plane{map.extent.min(), map.extent.max(), kCellPx / map.scale,
-                         0.65 * kNameSize / map.scale, kNameSize / map.scale};
+                         character / map.scale, kNameSize / map.scale};
   const std::vector<PlacedLabel> labels = PlaceLabels(scene, faces, projection, plane);
   // Leader lines come first, so that no name is crossed by one.
   for (const PlacedLabel& label : labels) {

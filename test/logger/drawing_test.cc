@@ -3,10 +3,12 @@
 #include <cairo.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <regex>
 #include <utility>
 
 #include "logger/show/labels.h"
@@ -360,6 +362,18 @@ TEST_F(DrawingTest, AnEmptySceneIsAnEmptyPicture) {
   EXPECT_TRUE(RenderPicture(drawing, "empty.png"));
 }
 
+/// How many pixels of a rectangle are as dark as texts.
+int InkIn(const Raster& raster, int left, int top, int right, int bottom) {
+  int ink = 0;
+  for (int y = top; y < bottom; ++y) {
+    for (int x = left; x < right; ++x) {
+      const uint8_t* pixel = &raster.rgba[4 * (static_cast<size_t>(y) * raster.width + x)];
+      ink += std::max({pixel[0], pixel[1], pixel[2]}) < 80 ? 1 : 0;
+    }
+  }
+  return ink;
+}
+
 TEST_F(DrawingTest, ADotThatIsNarrowerThanItsTextHasItBelow) {
   // White letters beside the dot could not be read on a light ground.
   Drawing drawing;
@@ -369,18 +383,42 @@ TEST_F(DrawingTest, ADotThatIsNarrowerThanItsTextHasItBelow) {
   const Raster raster = *RenderRaster(drawing, 1);
   // Without bodies the panel is a square of 760 pixels, below and beside margins of 38 and 16.
   const int u = 16 + 380, v = 38 + 380;
-  const auto dark_between = [&](int low, int high) {
-    int dark = 0;
-    for (int y = v + low; y < v + high; ++y) {
-      for (int x = u - 20; x < u + 20; ++x) {
-        const uint8_t* pixel = &raster.rgba[4 * (static_cast<size_t>(y) * raster.width + x)];
-        dark += std::max({pixel[0], pixel[1], pixel[2]}) < 80 ? 1 : 0;
-      }
+  EXPECT_GT(InkIn(raster, u - 20, v + 6, u + 20, v + 18), 20);
+  EXPECT_EQ(InkIn(raster, u - 20, v - 18, u + 20, v + 6), 0);
+}
+
+/// The boxes of the names in an SVG, by the paths of their borders, which are 3 pixels wide.
+std::vector<Eigen::AlignedBox2d> BoxesOfNames(const std::string& svg) {
+  const std::regex path(R"re(<path[^>]*stroke-width(:3;|="3")[^>]* d="([^"]*)")re");
+  const std::regex point(R"(([-.\d]+) ([-.\d]+))");
+  std::vector<Eigen::AlignedBox2d> boxes;
+  for (std::sregex_iterator name(svg.begin(), svg.end(), path), end; name != end; ++name) {
+    const std::string places = (*name)[2];
+    Eigen::AlignedBox2d& box = boxes.emplace_back();
+    for (std::sregex_iterator at(places.begin(), places.end(), point); at != end; ++at) {
+      box.extend(Eigen::Vector2d(std::stod((*at)[1]), std::stod((*at)[2])));
     }
-    return dark;
-  };
-  EXPECT_GT(dark_between(6, 18), 20);
-  EXPECT_EQ(dark_between(-18, 6), 0);
+  }
+  return boxes;
+}
+
+TEST_F(DrawingTest, NamesOfWideLettersDoNotCoverEachOther) {
+  // Modules in a row, each narrower than its name.
+  Drawing drawing;
+  drawing.panels.push_back({Scene(), View::kSide, ""});
+  for (int i = 0; i < 20; ++i) {
+    drawing.panels[0].scene.hulls.push_back(Cube({0.1 * i, 0.05, 0}));
+    drawing.panels[0].scene.hulls.back().owner = i;
+    drawing.panels[0].scene.names.push_back({"mmmm", {0.1 * i, 0.05, 0}, i});
+  }
+  drawing.panels[0].extent = {Eigen::Vector2d(-0.5, -1.0), Eigen::Vector2d(3.5, 1.5)};
+  const std::vector<Eigen::AlignedBox2d> boxes = BoxesOfNames(*RenderPicture(drawing, "x.svg"));
+  ASSERT_EQ(boxes.size(), 20u);
+  for (size_t i = 0; i < boxes.size(); ++i) {
+    for (size_t j = 0; j < i; ++j) {
+      EXPECT_FALSE(boxes[i].intersects(boxes[j])) << i << " " << j;
+    }
+  }
 }
 
 TEST_F(DrawingTest, TheHullIsWhereItShouldBeInItsColor) {
