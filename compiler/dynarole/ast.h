@@ -22,9 +22,6 @@ inline constexpr int kMaxDepth = 200;
 /// together, so that a hostile text costs no time later.
 inline constexpr size_t kMaxMembers = 200;
 
-/// No array has more elements; a role or function holds fewer still.
-inline constexpr int kMaxElements = 64;
-
 /// The form of an expression.
 enum class ExprKind : uint8_t {
   kInt,    ///< 45

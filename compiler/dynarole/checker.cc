@@ -37,7 +37,8 @@ class Checker {
   void CheckFieldValues(int role);
   /// A value that is kept means the same under another program.
   void CheckKept(const FieldDecl& decl, const FieldSlot& slot, const Expr& value);
-  /// All elements of an array are of one type.
+  /// All elements of an array are of one type; a value that does not fit is reported where it
+  /// stands.
   void CheckArrays(const RoleModel& role);
   void CheckRoutine(int index);
   void CheckRequirement(Routine* routine);
@@ -108,7 +109,7 @@ void Checker::CheckFieldValues(int role) {
             .Note(decl.type_span, "its type follows from this value");
         continue;
       }
-      if (decl.type == Type::kUnknown) decl.type_span = value->span;
+      if (decl.type != *joined) decl.type_span = value->span;
       if (*joined != Type::kVoid) pass_.Change(&decl.type, *joined);
       // `$ANY` alone is a direction once nothing else has been said.
       if (decl.type == Type::kAny && pass_.phase() == Phase::kDefaults) {
@@ -157,22 +158,20 @@ void Checker::CheckArrays(const RoleModel& role) {
     const FieldDecl& decl = model_.fields[role.fields[first].decl];
     const size_t length = std::max(1, decl.length);
     Type type = decl.type;
+    // Where the value stands that tells it, for the notes.
+    source::Span told = decl.type_span;
     for (size_t i = 1; i < length; ++i) {
       const FieldDecl& element = model_.fields[role.fields[first + i].decl];
       const std::optional<Type> joined = Join(type, element.type);
-      if (!joined) {
-        pass_
-            .Error(element.type_span, "the elements of an array are of one type, which is " +
-                                          NameOf(type) + " here, but this is " +
-                                          NameOf(element.type))
-            .Note(decl.span, "declared here");
-        break;
-      }
+      if (!joined) break;
+      if (*joined != type) told = element.type_span;
       type = *joined;
     }
     // What one of them tells is so for all; the values are converted in the next pass.
-    for (size_t i = 0; i < length && !pass_.is_final(); ++i) {
-      if (type != Type::kVoid) pass_.Change(&model_.fields[role.fields[first + i].decl].type, type);
+    for (size_t i = 0; i < length && !pass_.is_final() && type != Type::kVoid; ++i) {
+      FieldDecl& element = model_.fields[role.fields[first + i].decl];
+      if (element.type != type) element.type_span = told;
+      pass_.Change(&element.type, type);
     }
     first += length;
   }

@@ -191,19 +191,27 @@ ExprPtr ExpressionParser::ParseArray() {
   return array;
 }
 
-int ExpressionParser::ParseLength() {
+int ExpressionParser::ParseLength(const ArrayRoom& room) {
   const Span opening = in_.Take().span;
   if (!in_.Is(TokenKind::kInt)) {
     in_.Unexpected("the number of elements", "it is an int that stands there: [8]");
     return 0;
   }
   const ExprPtr length = ParseInt();
-  if (length->integer < 1 || length->integer > kMaxElements) {
-    in_.ErrorAt(length->span, "an array has 1 to " + std::to_string(kMaxElements) + " elements");
-    return 0;
-  }
+  if (!HasRoom(length->integer, length->span, room)) return 0;
   in_.ExpectClosing(TokenKind::kRightBracket, opening);
   return static_cast<int>(length->integer);
+}
+
+bool ExpressionParser::HasRoom(int64_t length, const Span& span, const ArrayRoom& room) {
+  if (length >= 1 && length <= room.most) return true;
+  const std::string most = std::to_string(room.most), kind = room.element;
+  in_.ErrorAt(span, "a " + kind + " that is an array has 1 to " + most + " elements",
+              length < 1 ? "how many there are stands here; values are given to all at once: "
+                           "NAME = [1, 2];"
+                         : "each element counts as a " + kind + ", of which a " + room.holder +
+                               " has at most " + most);
+  return false;
 }
 
 void ExpressionParser::NoMember() {

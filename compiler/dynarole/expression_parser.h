@@ -7,6 +7,13 @@
 
 namespace morphbus::dynarole {
 
+/// What the elements of an array are, and how many of these whoever holds the array has at most.
+struct ArrayRoom {
+  const char* element;
+  const char* holder;
+  int most;
+};
+
 /// Reads expressions where they begin. One function for each rule of the grammar (docs/dynarole.md,
 /// Programs); what cannot be read is reported, and a node of kind kError.
 class ExpressionParser {
@@ -17,8 +24,10 @@ class ExpressionParser {
   /// Operators of this level and above, where 1 is `||`, which binds least.
   ExprPtr Parse(int level = 1);
   /// `[LENGTH]`, how many elements an array has, behind its name; 0, with an error, if it cannot be
-  /// read.
-  int ParseLength();
+  /// read or there is no room for so many.
+  int ParseLength(const ArrayRoom& room);
+  /// Whether an array may have so many elements; an error at `span` if not.
+  bool HasRoom(int64_t length, const source::Span& span, const ArrayRoom& room);
   /// A number without a point, which stands here, and nothing that follows it.
   ExprPtr ParseInt();
 

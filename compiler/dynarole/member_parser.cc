@@ -11,6 +11,8 @@ namespace {
 
 using source::Span;
 
+constexpr ArrayRoom kFieldRoom = {"field", "role", vm::kMaxFields};
+
 /// How long the one value may be that all elements of an array have, in characters of the text.
 constexpr size_t kMostOfSharedValue = 1000;
 
@@ -140,7 +142,7 @@ void MemberParser::ParseField(Member* member) {
   }
   // `history[8] = 0.0;` has as many elements as stand in the brackets.
   if (member->kind == MemberKind::kField && in_.Is(TokenKind::kLeftBracket)) {
-    member->length = expressions_.ParseLength();
+    member->length = expressions_.ParseLength(kFieldRoom);
     if (in_.failed()) return;
   }
   if (in_.TakeIf(TokenKind::kAssign)) member->expr = expressions_.Parse();
@@ -190,9 +192,8 @@ void MemberParser::AddElements(Member* array, Role* role) {
     return;
   }
   // The other length was looked at where its number was read.
-  if (values > kMaxElements) {
-    in_.ErrorAt(array->expr->span,
-                "an array has 1 to " + std::to_string(kMaxElements) + " elements");
+  if (listed &&
+      !expressions_.HasRoom(std::ssize(array->expr->operands), array->expr->span, kFieldRoom)) {
     return;
   }
   // All shared fields of a role travel in one message, which has no room for arrays.

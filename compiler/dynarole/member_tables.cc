@@ -167,13 +167,14 @@ void MemberTables::AddField(RoleModel* role, const Member& member) {
                            .shared = member.shared,
                            .kept = member.kept,
                            .array = member.array,
-                           .length = member.length});
+                           .length = member.length,
+                           .element = member.element});
 }
 
 bool MemberTables::FitsInheritedLength(const RoleModel& role, const Member& member) {
   for (const FieldSlot& slot : role.fields) {
     const FieldDecl& decl = model_.fields[slot.decl];
-    const std::string& name = decl.array.empty() ? decl.name : decl.array;
+    const std::string& name = decl.declared_name();
     if (name != member.declared_name() || decl.length == member.length) continue;
     if (member.element > 0) return false;
     const auto said = [](int length) {

@@ -257,24 +257,30 @@ class Builder {
 
   // The virtual machine has room for so many members of a role and no more.
   void CheckCapacities(RoleModel* role) {
+    const bool arrays = std::ranges::any_of(role->fields, [this](const FieldSlot& slot) {
+      return model_.fields[slot.decl].length > 0;
+    });
+    const std::string elements = arrays ? "; each element of an array counts as one" : "";
     // The message is at the role, as no one member is to blame.
-    const auto check = [&](size_t count, size_t most, const std::string& what) {
+    const auto check = [&](size_t count, size_t most, const std::string& what,
+                           const std::string& hint = "") {
       // Too many functions outside all roles are too many for each role, which is said once.
       const bool is_root = role->role == model_.program->root.get();
       if (count <= most || (root_full_ && !is_root)) return;
       root_full_ = root_full_ || is_root;
       diagnostics_
           .Error(role->role->name_span, "role '" + role->name + "' has " + std::to_string(count) +
-                                            " " + what + "s with those it inherits")
-          .hint = "at most " + std::to_string(most);
+                                            " " + what + "s" +
+                                            (role->parent < 0 ? "" : " with those it inherits"))
+          .hint = "at most " + std::to_string(most) + hint;
     };
-    check(role->fields.size(), vm::kMaxFields, "field");
+    check(role->fields.size(), vm::kMaxFields, "field", elements);
     const auto shared = std::ranges::count_if(
         role->fields, [this](const FieldSlot& slot) { return model_.fields[slot.decl].shared; });
     check(static_cast<size_t>(shared), vm::kMaxSharedFields, "shared field");
     const auto kept = std::ranges::count_if(
         role->fields, [this](const FieldSlot& slot) { return model_.fields[slot.decl].kept; });
-    check(static_cast<size_t>(kept), vm::kMaxKeptFields, "kept field");
+    check(static_cast<size_t>(kept), vm::kMaxKeptFields, "kept field", elements);
     const auto traced =
         std::ranges::count_if(role->fields, [](const FieldSlot& slot) { return slot.traced; });
     check(static_cast<size_t>(traced), vm::kMaxTracedFields, "traced field");

@@ -6,18 +6,59 @@
 
 namespace morphbus::dynarole {
 
+namespace {
+
+/// Whether the role or one above it gives a field of this name a value. One that its slot lacks
+/// was refused, which has been said.
+bool GivesValue(const ProgramModel& model, const RoleModel* role, const std::string& name) {
+  const auto gives = [&](const Member& member) {
+    return member.declared_name() == name && member.expr != nullptr;
+  };
+  while (std::ranges::none_of(role->role->members, gives)) {
+    if (role->parent < 0) return false;
+    role = &model.roles[role->parent];
+  }
+  return true;
+}
+
+/// How a role gives the field a value: "gains = [0.0, 0.0];".
+std::string ExampleOf(const FieldDecl& decl) {
+  if (decl.length == 0) return decl.name + " = ...;";
+  // What is long is written shorter.
+  const std::string length = std::to_string(decl.length);
+  if (decl.length > 4) return decl.array + "[" + length + "] = 0.0;";
+  std::string values = "0.0";
+  for (int i = 1; i < decl.length; ++i) values += ", 0.0";
+  return decl.array + " = [" + values + "];";
+}
+
+}  // namespace
+
 void CheckFieldsSet(const ProgramModel& model, CheckPass* pass) {
+  // Of each field: some role sets it, or what is wrong with it has been said.
+  std::vector<bool> settled(model.fields.size());
   for (const RoleModel& role : model.roles) {
-    // Only concrete roles are played, so abstract ones may leave fields open.
-    if (role.role->abstract_role || role.broken) continue;
     for (const FieldSlot& slot : role.fields) {
-      if (slot.value != nullptr) continue;
       const FieldDecl& decl = model.fields[slot.decl];
+      const bool given = slot.value != nullptr || GivesValue(model, &role, decl.declared_name());
+      // Only concrete roles are played, so abstract ones may leave fields open.
+      const bool open = !given && (role.role->abstract_role || role.broken);
+      if (!open) settled[slot.decl] = true;
+      // All elements of an array have values or none has.
+      if (given || open || decl.element > 0) continue;
       pass->Error(role.role->name_span,
-                  "role '" + role.name + "' does not set the field '" + decl.name + "'")
-          .Hint("give it a value: " + decl.name + " = ...; or make the role abstract")
+                  "role '" + role.name + "' does not set the field '" + decl.declared_name() + "'")
+          .Hint("give it a value: " + ExampleOf(decl) + " or make the role abstract")
           .Note(decl.span, "declared without a value here");
     }
+  }
+  // A field that no role sets has no type to find.
+  for (size_t i = 0; i < model.fields.size(); ++i) {
+    const FieldDecl& decl = model.fields[i];
+    if (decl.type != Type::kUnknown || settled[i] || decl.element > 0) continue;
+    pass->Error(decl.span,
+                "no role sets the field '" + decl.declared_name() + "', so it has no type")
+        .hint = "give it a value here or in a subrole";
   }
 }
 
@@ -41,20 +82,6 @@ void CheckSignatures(const ProgramModel& model, CheckPass* pass) {
                                         ", which means nothing to another module")
             .hint = "commands take bools, ints, floats, directions, axes and roles";
       }
-    }
-  }
-  // A field that no role sets has no type to find.
-  std::vector<bool> is_set(model.fields.size());
-  for (const RoleModel& role : model.roles) {
-    for (const FieldSlot& slot : role.fields) {
-      if (slot.value != nullptr) is_set[slot.decl] = true;
-    }
-  }
-  for (size_t i = 0; i < model.fields.size(); ++i) {
-    const FieldDecl& decl = model.fields[i];
-    if (decl.type == Type::kUnknown && !is_set[i]) {
-      pass->Error(decl.span, "no role sets the field '" + decl.name + "', so it has no type").hint =
-          "give it a value here or in a subrole";
     }
   }
 }

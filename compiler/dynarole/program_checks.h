@@ -7,9 +7,10 @@
 
 namespace morphbus::dynarole {
 
-/// Concrete roles, which modules play, give all their fields a value.
+/// Concrete roles, which modules play, give all their fields a value, and every field has a type
+/// that some value tells.
 void CheckFieldsSet(const ProgramModel& model, CheckPass* pass);
-/// Every parameter and field has a type that something tells, and commands take only what means the
+/// Every parameter has a type that something tells, and commands take only what means the
 /// same to other modules.
 void CheckSignatures(const ProgramModel& model, CheckPass* pass);
 /// Calls must end and fit the VM's fixed stack of frames, whichever role is played; requirements

@@ -35,9 +35,13 @@ struct FieldDecl {
   bool shared = false;
   /// Its value outlives a change of role or of program.
   bool kept = false;
-  /// Of an element of an array: the array's name, and how many elements it has.
+  /// Of an element of an array: the array's name, how many elements it has, and which one it is.
   std::string array = {};
   int length = 0;
+  int element = 0;
+
+  /// Its name where it is declared, of an element that of the array.
+  [[nodiscard]] const std::string& declared_name() const { return array.empty() ? name : array; }
 };
 
 /// A field as one role has it.

@@ -93,7 +93,8 @@ int Scope::Hidden(const std::string& purpose, const Span& span, Type type, int u
 int Scope::AddSlot(const std::string& name, const Span& span, Type type) {
   if (routine_->locals.size() == vm::image::kMaxLocals) {
     pass_.Error(span, "too many variables and parameters").hint =
-        "at most " + std::to_string(vm::image::kMaxLocals) + "; split it into functions";
+        "at most " + std::to_string(vm::image::kMaxLocals) +
+        ", of which each element of an array is one; split it into functions";
   }
   if (routine_->locals.size() <= vm::image::kMaxLocals) {
     routine_->locals.push_back(type);

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <utility>
 
+#include "vm/image/image.h"
+
 namespace morphbus::dynarole {
 
 using source::Span;
@@ -36,6 +38,8 @@ std::optional<Operator> AssigningOperator(TokenKind sign) {
       return std::nullopt;
   }
 }
+
+constexpr ArrayRoom kVariableRoom = {"variable", "function", vm::image::kMaxLocals};
 
 // A word that begins a statement in other languages, and how to say the same here.
 struct ForeignStatement {
@@ -191,7 +195,7 @@ StmtPtr StatementParser::ParseVar() {
   }
   statement->name_span = in_.Peek().span;
   statement->name = in_.TextOf(in_.Take());
-  if (in_.Is(TokenKind::kLeftBracket)) statement->length = expressions_.ParseLength();
+  if (in_.Is(TokenKind::kLeftBracket)) statement->length = expressions_.ParseLength(kVariableRoom);
   if (in_.failed()) return statement;
   // Types are found, not written, so a variable needs a first value.
   if (!in_.Is(TokenKind::kAssign)) {

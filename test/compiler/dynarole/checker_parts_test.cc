@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "compiler/dynarole/check_pass.h"
+#include "compiler/dynarole/checker.h"
 #include "compiler/dynarole/conversions.h"
 #include "compiler/dynarole/operator_checker.h"
 #include "compiler/dynarole/parser.h"
@@ -183,6 +184,14 @@ TEST_F(CheckerPartsTest, StatementsThatNeverEndReturn) {
   EXPECT_TRUE(returns("for (;;) { a = 1; }"));
   EXPECT_FALSE(returns("for (;;) { if (a) { break; } }"));
   EXPECT_TRUE(returns("for (;;) { while (a) { break; } }"));
+}
+
+TEST_F(CheckerPartsTest, ANoteShowsTheElementThatToldTheTypeOfAnArray) {
+  Make("role A extends Module { x = [1, 2.5, true]; }");
+  Check(TestKeywords(), &model_, &diagnostics_);
+  EXPECT_EQ(Said(), "field 'x[2]' is a float, but this is a bool");
+  ASSERT_EQ(diagnostics_.all().back().notes.size(), 1U);
+  EXPECT_EQ(sources_.text(diagnostics_.all().back().notes[0].span), "2.5");
 }
 
 TEST_F(CheckerPartsTest, CallsEndAndFitTheStackOfFrames) {
