@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cstdlib>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace morphbus::dynarole {
@@ -34,6 +35,15 @@ constexpr BinaryOperator kBinaryOperators[] = {
     {TokenKind::kSlash, Operator::kDiv, 6},
     {TokenKind::kPercent, Operator::kMod, 6},
 };
+
+// Operators that are words in other languages.
+struct ForeignOperator {
+  std::string_view word;
+  const char* hint;
+};
+
+constexpr ForeignOperator kForeignOperators[] = {
+    {"and", "logical and is '&&'"}, {"or", "logical or is '||'"}, {"not", "logical not is '!'"}};
 
 // Null for tokens that are no binary operators: the expression ends there.
 const BinaryOperator* FindBinary(TokenKind token) {
@@ -84,12 +94,23 @@ ExprPtr ExpressionParser::Parse(int level) {
   if (level == 1 && in_.Is(TokenKind::kQuestion) && !in_.failed()) {
     left = ParseChoice(std::move(left));
   }
+  // What follows an expression is no name, unless a semicolon is missing before an assignment.
+  if (level == 1 && in_.Peek(1).kind != TokenKind::kAssign) ReportForeignOperator();
   // Outside all operators: `if (a = b)`.
   if (in_.Is(TokenKind::kAssign) && level == 1) {
     in_.ErrorAt(in_.Peek().span, "'=' cannot stand in an expression", "to compare, write '=='");
   }
   in_.LeaveLevel();
   return left;
+}
+
+void ExpressionParser::ReportForeignOperator() {
+  if (!in_.Is(TokenKind::kName)) return;
+  for (const ForeignOperator& foreign : kForeignOperators) {
+    const std::string word = in_.TextOf(in_.Peek());
+    if (word == foreign.word)
+      in_.ErrorAt(in_.Peek().span, "there is no '" + word + "'", foreign.hint);
+  }
 }
 
 ExprPtr ExpressionParser::ParseChoice(ExprPtr condition) {
@@ -236,6 +257,9 @@ ExprPtr ExpressionParser::ParsePrimary() {
   const Token token = in_.Peek();
   switch (token.kind) {
     case TokenKind::kName: {
+      // `not x`: two names in a row.
+      const TokenKind next = in_.Peek(1).kind;
+      if (next == TokenKind::kName || next == TokenKind::kSelf) ReportForeignOperator();
       ExprPtr expr = Node(ExprKind::kName, token.span);
       expr->name = in_.TextOf(in_.Take());
       return expr;

@@ -35,6 +35,8 @@ class ExpressionParser {
   /// `? this : that` behind its condition.
   ExprPtr ParseChoice(ExprPtr condition);
   ExprPtr ParseUnary();
+  /// Reports the next token if it is an operator of other languages, such as `and`.
+  void ReportForeignOperator();
   /// A value with the members and calls behind it.
   ExprPtr ParsePostfix();
   /// A value alone: a number, a word, a name, or an expression in parentheses.

@@ -46,6 +46,10 @@ void MoveTo(std::vector<T>* all, std::vector<T> more) {
 }  // namespace
 
 bool Loader::Accepts(const std::string& text, const source::Span& import) {
+  if (text.find('\0') != std::string::npos) {
+    diagnostics_.Error(import, "this is a binary file, not a program");
+    return false;
+  }
   bytes_ += text.size();
   if (bytes_ <= kMaxTextBytes) return true;
   // A text that is too large is not even kept, as diagnostics show lines of it.

@@ -235,14 +235,8 @@ StmtPtr StatementParser::ParseIf() {
 // `switch` is a word only before a condition and a brace, so that programs may use it as a name.
 bool StatementParser::AtSwitch() const {
   if (!in_.Is(TokenKind::kName) || in_.TextOf(in_.Peek()) != "switch") return false;
-  size_t ahead = 1, depth = 0;
-  do {
-    const TokenKind kind = in_.Peek(ahead++).kind;
-    if (kind == TokenKind::kEnd || kind == TokenKind::kSemicolon) return false;
-    if (kind == TokenKind::kLeftParen) ++depth;
-    if (kind == TokenKind::kRightParen) --depth;
-  } while (depth > 0);
-  return in_.Peek(1).kind == TokenKind::kLeftParen && in_.Peek(ahead).kind == TokenKind::kLeftBrace;
+  const size_t behind = in_.Peek(1).kind == TokenKind::kLeftParen ? in_.Behind(1) : 0;
+  return behind > 0 && in_.Peek(behind).kind == TokenKind::kLeftBrace;
 }
 
 bool StatementParser::AtCase() const {
@@ -417,17 +411,28 @@ StmtPtr StatementParser::ParseReturn() {
 bool StatementParser::AtAssignment() const {
   if (!in_.Is(TokenKind::kName)) return false;
   // An element of an array has its number between the name and the sign.
-  size_t ahead = 1;
-  if (in_.Peek(1).kind == TokenKind::kLeftBracket) {
-    int depth = 0;
-    do {
-      const TokenKind kind = in_.Peek(ahead++).kind;
-      if (kind == TokenKind::kEnd || kind == TokenKind::kSemicolon) return false;
-      if (kind == TokenKind::kLeftBracket) ++depth;
-      if (kind == TokenKind::kRightBracket) --depth;
-    } while (depth > 0);
+  const size_t sign = in_.Peek(1).kind == TokenKind::kLeftBracket ? in_.Behind(1) : 1;
+  return sign > 0 && AssigningOperator(in_.Peek(sign).kind).has_value();
+}
+
+bool StatementParser::ReportMemberAssignment() {
+  // Goes over the members and calls up to what follows them.
+  size_t sign = 1;
+  bool own = in_.Is(TokenKind::kSelf);
+  while (in_.Peek(sign).kind == TokenKind::kDot || in_.Peek(sign).kind == TokenKind::kLeftParen) {
+    const bool call = in_.Peek(sign).kind == TokenKind::kLeftParen;
+    own = own && !call;
+    sign = call ? in_.Behind(sign) : sign + 2;
+    if (sign == 0) return false;
   }
-  return AssigningOperator(in_.Peek(ahead).kind).has_value();
+  const bool member = sign > 2 && in_.Peek(sign - 2).kind == TokenKind::kDot;
+  if (!member || !AssigningOperator(in_.Peek(sign).kind)) return false;
+  const std::string name = in_.TextOf(in_.Peek(sign - 1));
+  in_.ErrorAt(in_.Peek(sign - 1).span, "'" + name + "' cannot be assigned to",
+              own ? "fields are written without 'self.', and parts of the module are set by calls"
+                  : "a module sets its own fields only; to have another one set its own, send it a "
+                    "command that does");
+  return true;
 }
 
 StmtPtr StatementParser::ParseAssignment() {
@@ -466,6 +471,7 @@ StmtPtr StatementParser::ParseExpressionStatement() {
   if (in_.Peek(1).kind == TokenKind::kLeftParen && AtIn(2) && ReportForeignStatement(first)) {
     return statement;
   }
+  if (ReportMemberAssignment()) return statement;
   statement->expr = expressions_.Parse();
   // `retrun;`, `retrun 1;`, `whlie (x) {`: say so if the first name is nearly a word.
   const bool odd = statement->expr->kind == ExprKind::kName || in_.Is(TokenKind::kLeftBrace) ||

@@ -42,6 +42,8 @@ class StatementParser {
   StmtPtr ParseReturn();
   /// Whether the next tokens begin an assignment: a name and a sign that assigns.
   [[nodiscard]] bool AtAssignment() const;
+  /// Reports an assignment to something behind a dot, `n.load = 3;`; false if there is none.
+  bool ReportMemberAssignment();
   /// An assignment up to its semicolon, which is left, as is the end of a `for`'s last part.
   StmtPtr ParseAssignment();
   StmtPtr ParseExpressionStatement();

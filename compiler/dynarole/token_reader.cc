@@ -12,6 +12,20 @@ constexpr size_t kMostMessages = 100;
 
 }  // namespace
 
+size_t TokenReader::Behind(size_t ahead) const {
+  const TokenKind opening = Peek(ahead).kind;
+  const TokenKind closing =
+      opening == TokenKind::kLeftParen ? TokenKind::kRightParen : TokenKind::kRightBracket;
+  int depth = 0;
+  do {
+    const TokenKind kind = Peek(ahead++).kind;
+    if (kind == TokenKind::kEnd || kind == TokenKind::kSemicolon) return 0;
+    if (kind == opening) ++depth;
+    if (kind == closing) --depth;
+  } while (depth > 0);
+  return ahead;
+}
+
 const Token& TokenReader::Take() {
   const Token& token = Peek();
   // The end of the file is never taken, so that Peek always has something.

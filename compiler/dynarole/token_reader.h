@@ -26,6 +26,9 @@ class TokenReader {
   [[nodiscard]] const Token& Peek(size_t ahead = 0) const {
     return tokens_[std::min(at_ + ahead, tokens_.size() - 1)];
   }
+  /// The place behind what closes the parenthesis or bracket that many places ahead; 0: nothing
+  /// does before the next semicolon.
+  [[nodiscard]] size_t Behind(size_t ahead) const;
   [[nodiscard]] bool Is(TokenKind kind) const { return Peek().kind == kind; }
   [[nodiscard]] std::string TextOf(const Token& token) const {
     return std::string(sources_.text(token.span));

@@ -238,6 +238,12 @@ TEST_F(ImportTest, WhatIsNoTextIsToldInItsFile) {
   EXPECT_EQ(TakeError("byte \\xe9 is not UTF-8").span.file, 1);
 }
 
+TEST_F(ImportTest, ABinaryFileIsToldOnceWhereItIsImported) {
+  files_ = {{"dir/some.image", std::string("DYNI\x01\0\x02\x03 |'", 12)}};
+  EXPECT_FALSE(Compile(std::string("import \"some.image\";\n") + kTwice + kUser).image);
+  EXPECT_EQ(TakeError("this is a binary file, not a program").span.file, 0);
+}
+
 TEST_F(ImportTest, FilesAreReadFromDisk) {
   const std::filesystem::path folder =
       std::filesystem::path(::testing::TempDir()) / "dynarole_import";
