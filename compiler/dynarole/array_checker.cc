@@ -37,6 +37,12 @@ Type ArrayChecker::AsValue(const Span& span, const std::string& name, const Arra
 
 Type ArrayChecker::NoArray(const Span& span, const std::string& name, Type type) {
   if (type == Type::kError) return type;
+  const Local* local = scope_.routine() != nullptr ? scope_.FindLocal(name) : nullptr;
+  if (local != nullptr && local->parameter) {
+    return pass_.Wrong(span, "'" + name + "' is a parameter, and no array",
+                       "functions and commands take the elements of arrays, not arrays");
+  }
+  if (type == Type::kUnknown) return Type::kError;
   return pass_.Wrong(span, "'" + name + "' is no array, but " + NameOf(type),
                      "an array is declared by its values: " + name +
                          " = [0.0, 0.0], or by their "

@@ -78,8 +78,7 @@ void BuiltinChecker::CheckMotion(const Builtin& builtin, const Expr& joint) {
       .Error(joint.span,
              std::string("'self.") + builtin.name + "' needs a joint that " +
                  (motions.turns ? "slides, but this joint turns" : "turns, but this joint slides"))
-      .hint = motions.turns ? "write " + UsagesOf(SelfBuiltins(), "jointRotateDegrees")
-                            : "write " + UsagesOf(SelfBuiltins(), "jointMoveMillimetres");
+      .hint = "write " + UsagesOf(SelfBuiltins(), builtin.counterpart);
 }
 
 BuiltinChecker::Motions BuiltinChecker::MotionsOf(const Expr& joint) const {

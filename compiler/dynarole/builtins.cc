@@ -18,29 +18,33 @@ const std::vector<Builtin>& SelfBuiltins() {
       // The convention that the following degrees are counted by.
       {"setJointAxis", "jla", Opcode::kSetJointAxis, false, "self.setJointAxis(joint, link, axis)"},
       {"jointRotateDegrees", "jf", Opcode::kRotate, false,
-       "self.jointRotateDegrees(joint, degrees)", Motion::kTurns},
+       "self.jointRotateDegrees(joint, degrees)", Motion::kTurns, "jointMoveMillimetres"},
       {"jointRotateDegreesNonBlocking", "jf", Opcode::kRotateNonBlocking, false,
-       "self.jointRotateDegreesNonBlocking(joint, degrees)", Motion::kTurns},
+       "self.jointRotateDegreesNonBlocking(joint, degrees)", Motion::kTurns,
+       "jointMoveMillimetresNonBlocking"},
       {"jointSetDegrees", "jf", Opcode::kSetDegrees, false, "self.jointSetDegrees(joint, degrees)",
-       Motion::kTurns},
+       Motion::kTurns, "jointSetMillimetres"},
       {"jointSetDegreesNonBlocking", "jf", Opcode::kSetDegreesNonBlocking, false,
-       "self.jointSetDegreesNonBlocking(joint, degrees)", Motion::kTurns},
+       "self.jointSetDegreesNonBlocking(joint, degrees)", Motion::kTurns,
+       "jointSetMillimetresNonBlocking"},
       {"jointDegrees", "j", Opcode::kJointDegrees, false, "self.jointDegrees(joint)"},
       {"jointEffort", "j", Opcode::kJointEffort, false, "self.jointEffort(joint)"},
       {"jointVelocity", "j", Opcode::kJointVelocity, false, "self.jointVelocity(joint)"},
       {"turnContinuous", "jf", Opcode::kTurnContinuous, false,
-       "self.turnContinuous(joint, degrees_per_second)", Motion::kTurns},
+       "self.turnContinuous(joint, degrees_per_second)", Motion::kTurns, "jointMoveMillimetres"},
       // What turns counts in degrees, what slides in millimetres; each names its unit.
       {"jointMoveMillimetres", "jf", Opcode::kMoveMillimetres, false,
-       "self.jointMoveMillimetres(joint, millimetres)", Motion::kSlides},
+       "self.jointMoveMillimetres(joint, millimetres)", Motion::kSlides, "jointRotateDegrees"},
       {"jointMoveMillimetresNonBlocking", "jf", Opcode::kMoveMillimetresNonBlocking, false,
-       "self.jointMoveMillimetresNonBlocking(joint, millimetres)", Motion::kSlides},
+       "self.jointMoveMillimetresNonBlocking(joint, millimetres)", Motion::kSlides,
+       "jointRotateDegreesNonBlocking"},
       {"jointSetMillimetres", "jf", Opcode::kSetMillimetres, false,
-       "self.jointSetMillimetres(joint, millimetres)", Motion::kSlides},
+       "self.jointSetMillimetres(joint, millimetres)", Motion::kSlides, "jointSetDegrees"},
       {"jointSetMillimetresNonBlocking", "jf", Opcode::kSetMillimetresNonBlocking, false,
-       "self.jointSetMillimetresNonBlocking(joint, millimetres)", Motion::kSlides},
+       "self.jointSetMillimetresNonBlocking(joint, millimetres)", Motion::kSlides,
+       "jointSetDegreesNonBlocking"},
       {"jointMillimetres", "j", Opcode::kJointMillimetres, false, "self.jointMillimetres(joint)",
-       Motion::kSlides},
+       Motion::kSlides, "jointDegrees"},
       // The paper sleeps in tenths of a second, its later programs in hundredths.
       {"sleepds", "f", Opcode::kSleepDs, false, "self.sleepds(tenths_of_a_second)"},
       {"sleepcs", "f", Opcode::kSleepCs, false, "self.sleepcs(hundredths_of_a_second)"},
@@ -151,6 +155,16 @@ std::string Listed(const std::vector<std::string>& names) {
   std::string text;
   for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
   return text;
+}
+
+std::string UsagesBeginning(const std::vector<Builtin>& builtins, const std::string& name) {
+  std::string usages;
+  if (name.size() < 3) return usages;
+  for (const std::string& whole : NamesOf(builtins)) {
+    if (!whole.starts_with(name)) continue;
+    usages += (usages.empty() ? "" : "' or '") + UsagesOf(builtins, whole);
+  }
+  return usages;
 }
 
 std::string UsagesOf(const std::vector<Builtin>& builtins, std::string_view name) {

@@ -62,6 +62,8 @@ struct Builtin {
   const char* usage;
   /// What its first argument, a joint, must be able to do.
   Motion motion = Motion::kAny;
+  /// The name of the call that does the same with joints that move in the other way.
+  const char* counterpart = nullptr;
 };
 
 /// Forms of `self.NAME`: the paper's calls (Secs. III and V) and those that docs/dynarole.md adds.
@@ -90,5 +92,8 @@ std::string Listed(const std::vector<std::string>& names);
 /// The forms of that name as messages show them, "self.connected or self.connected(direction)";
 /// empty if the table has none.
 std::string UsagesOf(const std::vector<Builtin>& builtins, std::string_view name);
+/// The forms of all names that begin with these letters, at least three, with "' or '" between
+/// them.
+std::string UsagesBeginning(const std::vector<Builtin>& builtins, const std::string& name);
 
 }  // namespace morphbus::dynarole

@@ -67,6 +67,10 @@ Type CallChecker::UnknownCommand(const Expr& member, const RoleModel& target) {
       error.hint = "only what is declared with 'command' can be run from elsewhere";
     }
   }
+  if (error.hint.empty()) {
+    error.hint = names.empty() ? "it has none; declare it: command " + member.name + "() { ... }"
+                               : "it has " + Listed(names);
+  }
   return Type::kError;
 }
 
@@ -86,12 +90,22 @@ int CallChecker::RoleOf(const Expr& set) const {
 Type CallChecker::InferNeighbours(Expr* member, Expr* call) {
   const Expr& set = *member->operands[0];
   const int role = RoleOf(set);
+  // What other languages call the size, unless the role has, or may inherit, something of that
+  // name.
+  const RoleModel* target = role < 0 ? nullptr : &model_.roles[role];
+  const bool known =
+      target != nullptr && (target->broken || model_.FindField(*target, member->name) >= 0 ||
+                            FindSlot(target->commands, member->name) >= 0);
+  if (!known && (member->name == "size" || member->name == "length" || member->name == "count")) {
+    return pass_.Wrong(
+        member->name_span, "a set of modules has no '" + member->name + "'",
+        "how many neighbours there are is sizeof(SET), as in sizeof(self.connected)");
+  }
   if (role < 0) {
-    const Local* local = set.meaning == Meaning::kLocal ? scope_.FindLocal(set.name) : nullptr;
-    const bool of_loop = local != nullptr && local->neighbour;
     return pass_.Wrong(member->span, "which role the neighbours play is not known here",
-                       of_loop ? "let the loop go over self.connected(direction, $Role)"
-                               : "write self.connected(direction, $Role)." + member->name);
+                       scope_.IsNeighbour(set)
+                           ? "let the loop go over self.connected(direction, $Role)"
+                           : "write self.connected(direction, $Role)." + member->name);
   }
   return call != nullptr ? InferInvoke(member, call, role, Meaning::kInvokeNear)
                          : InferNeighbourField(member, role);

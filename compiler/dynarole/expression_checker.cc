@@ -26,7 +26,7 @@ ExpressionChecker::ExpressionChecker(const keywords::KeywordTable& keywords, Pro
       pass_(*pass),
       conversions_(scope, pass),
       arrays_(model, scope, &conversions_, pass),
-      operators_(&conversions_, pass),
+      operators_(scope, &conversions_, pass),
       parts_(keywords, model, scope, &conversions_, pass),
       builtins_(keywords, *model, scope, &parts_, &conversions_, pass),
       calls_(model, scope, &conversions_, pass),
@@ -108,8 +108,7 @@ Type ExpressionChecker::InferElement(Expr* element) {
   if (element->meaning != Meaning::kNone) return type;
   // The name means something else, or nothing, which is said as of any name.
   Expr* named = element->operands[0].get();
-  const Type other = Infer(named);
-  return other == Type::kUnknown ? Type::kError : arrays_.NoArray(named->span, named->name, other);
+  return arrays_.NoArray(named->span, named->name, Infer(named));
 }
 
 Type ExpressionChecker::InferUnary(Expr* expr) {
@@ -194,6 +193,10 @@ Type ExpressionChecker::UnknownFunction(const Expr& callee) {
     error.hint = "did you mean '" + usages + "'?";
     return Type::kError;
   }
+  if (callee.name == "not") {
+    error.hint = "logical not is '!'";
+    return Type::kError;
+  }
   // Then a slip in a name of the language or of the role.
   std::vector<std::string> names = {"sizeof", "print", "int", "float"};
   for (const std::string& name : NamesOf(NeighbourBuiltins())) names.push_back(name);
@@ -202,6 +205,10 @@ Type ExpressionChecker::UnknownFunction(const Expr& callee) {
   }
   for (const NamedSlot& method : scope_.role().methods) names.push_back(method.name);
   pass_.Suggest(&error, callee.name, names);
+  if (const std::string usages = UsagesBeginning(SelfBuiltins(), callee.name);
+      error.hint.empty() && !usages.empty()) {
+    error.hint = "did you mean '" + usages + "'?";
+  }
   if (error.hint.empty()) {
     std::string known;
     for (const std::string& name : names) known += name + ", ";

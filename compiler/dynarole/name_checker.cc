@@ -139,7 +139,12 @@ Type NameChecker::UnknownName(const Expr& expr) {
   // Last, a slip in any name that may stand here.
   std::vector<std::string> names = scope_.Names();
   for (const NamedSlot& slot : owner.labels) names.push_back(slot.name);
-  pass_.Suggest(&error, expr.name, names);
+  // A role stands before the name of its command.
+  for (const RoleModel& role : model_.roles) {
+    if (role.name != "Module") names.push_back(role.name);
+  }
+  pass_.Suggest(&error, expr.name, names, "",
+                names.empty() ? "" : "names that are known here are " + Listed(names));
   return Type::kError;
 }
 

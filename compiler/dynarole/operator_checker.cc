@@ -115,7 +115,11 @@ Type OperatorChecker::InferComparison(Expr* expr) {
     Diagnostic& error =
         pass_.Error(expr->name_span, "cannot compare " + NameOf(a) + " with " + NameOf(b) +
                                          " by '" + NameOf(expr->op) + "'");
-    if (IsSet(a) && IsSet(b)) error.hint = "compare sizes: sizeof(...) == sizeof(...)";
+    if (IsSet(a) && IsSet(b)) {
+      error.hint = scope_.IsNeighbour(*left) || scope_.IsNeighbour(*right)
+                       ? "compare fields that neighbours share: n.NAME == m.NAME"
+                       : "compare sizes: sizeof(...) == sizeof(...)";
+    }
     if (joined && !equality && !IsSet(a)) error.hint = "only numbers have an order";
     return Type::kBool;
   }

@@ -8,9 +8,9 @@ namespace morphbus::dynarole {
 /// Finds the types of expressions with an operator, whose operands have been given theirs.
 class OperatorChecker {
  public:
-  /// Both must outlive it.
-  OperatorChecker(Conversions* conversions, CheckPass* pass)
-      : conversions_(*conversions), pass_(*pass) {}
+  /// All arguments must outlive it.
+  OperatorChecker(Scope* scope, Conversions* conversions, CheckPass* pass)
+      : scope_(*scope), conversions_(*conversions), pass_(*pass) {}
 
   /// `-x` has the type of x; `!x` is a bool.
   Type InferUnary(Expr* expr);
@@ -29,6 +29,7 @@ class OperatorChecker {
   /// Makes `set` stand for its size beside the number `other`.
   void CompareSizes(Expr* set, Expr* other);
 
+  Scope& scope_;
   Conversions& conversions_;
   CheckPass& pass_;
 };

@@ -114,7 +114,9 @@ Type PartChecker::InferOfSelf(Expr* member, Expr* call) {
       listed_self_
           ? "what it has is listed above"
           : "it has " + Listed(names) + (keywords_.empty() ? "; no module types were given" : "");
-  pass_.Suggest(&error, member->name, names, "self.", list);
+  const std::string usages = UsagesBeginning(SelfBuiltins(), member->name);
+  pass_.Suggest(&error, member->name, names, "self.",
+                usages.empty() ? list : "did you mean '" + usages + "'?");
   listed_self_ = listed_self_ || error.hint == list;
   return Type::kError;
 }

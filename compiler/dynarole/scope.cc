@@ -111,6 +111,12 @@ Local* Scope::FindLocal(const std::string& name) {
   return nullptr;
 }
 
+bool Scope::IsNeighbour(const Expr& expr) {
+  const bool named = expr.kind == ExprKind::kName && expr.meaning == Meaning::kLocal;
+  const Local* local = named ? FindLocal(expr.name) : nullptr;
+  return local != nullptr && local->neighbour;
+}
+
 void Scope::Close(size_t size) {
   for (size_t i = size; i < locals_.size(); ++i) {
     if (!locals_[i].used && !locals_[i].parameter) {
@@ -125,7 +131,8 @@ std::vector<std::string> Scope::Names() const {
   std::vector<std::string> names;
   for (const Local& local : locals_) names.push_back(local.name);
   for (const FieldSlot& slot : role().fields) {
-    names.push_back(model_.fields[slot.decl].name);
+    const FieldDecl& decl = model_.fields[slot.decl];
+    if (decl.element == 0) names.push_back(decl.declared_name());
   }
   // Constants of other roles mean nothing here.
   for (const ConstantModel& constant : model_.constants) {

@@ -60,6 +60,8 @@ class Scope {
   int Hidden(const std::string& purpose, const source::Span& span, Type type, int use = 0);
   /// The local of that name in scope; null if there is none, as in a value.
   [[nodiscard]] Local* FindLocal(const std::string& name);
+  /// Whether an expression is the variable of a loop over neighbours.
+  [[nodiscard]] bool IsNeighbour(const Expr& expr);
   /// How many locals are in scope, for Close.
   [[nodiscard]] size_t num_locals() const { return locals_.size(); }
   /// Forgets the locals from number `size` on, with a warning for those that were never used.

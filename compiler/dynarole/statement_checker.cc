@@ -101,7 +101,7 @@ void StatementChecker::CheckForEach(Stmt* statement) {
   // The parser has said that there is nothing to go over.
   if (statement->expr == nullptr) return;
   const Expr& set = *statement->expr;
-  const Type type = expressions_.Infer(statement->expr.get());
+  const Type type = InferSet(statement->expr.get());
   if (type != Type::kSet && type != Type::kError && type != Type::kUnknown) {
     pass_.Error(set.span, "a loop goes over a set of modules, but this is " + NameOf(type)).hint =
         "for example: for (" + statement->name + " in self.connected($ANY, $Role)) { ... }";
@@ -125,6 +125,16 @@ void StatementChecker::CheckForEach(Stmt* statement) {
   const bool reads = neighbour != nullptr && neighbour->field_read;
   statement->role = reads ? neighbour->role : -1;
   scope_.Close(scope);
+}
+
+Type StatementChecker::InferSet(Expr* set) {
+  const bool array =
+      set->kind == ExprKind::kName && expressions_.arrays().Find(set->name).has_value();
+  if (!array) return expressions_.Infer(set);
+  set->type = pass_.Wrong(
+      set->span, "a loop goes over a set of modules, but '" + set->name + "' is an array",
+      "count its elements: for (var i = 0; i < sizeof(" + set->name + "); i += 1) { ... }");
+  return set->type;
 }
 
 void StatementChecker::CheckSwitch(Stmt* statement) {

@@ -32,6 +32,8 @@ class StatementChecker {
   void CheckFor(Stmt* statement);
   /// A loop over the neighbours of a set.
   void CheckForEach(Stmt* statement);
+  /// The type of what the loop goes over; an array, which is counted through, gets a hint.
+  Type InferSet(Expr* set);
   /// What is looked at and the values of its cases are of one type, and each value leads to one
   /// block.
   void CheckSwitch(Stmt* statement);

@@ -134,7 +134,7 @@ TEST_F(CheckerPartsTest, WhatIsWantedTellsTheTypeOfAParameter) {
 }
 
 TEST_F(CheckerPartsTest, OperatorsHaveTheTypesOfTheirOperands) {
-  OperatorChecker operators(&conversions_, &pass_);
+  OperatorChecker operators(&scope_, &conversions_, &pass_);
   const auto type_of = [&](Operator op, Type left, Type right) {
     Expr expr;
     expr.kind = ExprKind::kBinary;
