@@ -215,6 +215,7 @@ class WrongFiles(SweepCase):
                 (5, 'seed = 1\nseeds = [2]', "'seed' was said already"),
                 (5, 'keep = {best = 3}', "'best' and 'by' belong together"),
                 (6, '[[expect]]\nthat = "gait.forward_m >= 3 furlongs"', "no unit 'furlongs'"),
+                (6, '[[expect]]\nthat = "abs(gait.forward_m) >= 3 deg"', 'values in m and in rad cannot be compared'),
                 (6, '[[expect]]\nthat = "gaits.forward_m >= 3"', "there is no figure 'gaits.forward_m'.*did you mean 'gait'"),
                 (7, '[[expect]]\nsame = "hash"\nover = ["sed"]', "no axis 'sed'"),
                 (5, '[[run]]\nfriction = [1, 2]', 'one value of each'),

@@ -195,6 +195,32 @@ TEST(FigureExpressionTest, NumbersHaveUnits) {
             "error: there is no unit 'furlongs'; there are mm, cm, m, km, ms, s, min, deg, rad, %");
 }
 
+/// What is wrong with the units of an expression, of which x is in metres, t in seconds, n a plain
+/// number, and all else of no known unit; and where.
+std::string MixedUnitsIn(const std::string& text) {
+  ExpressionError error;
+  const auto unit_of = [](const std::string& name) -> std::string_view {
+    return name == "x" ? "m" : name == "t" ? "s" : name == "n" ? "1" : "";
+  };
+  const auto mixed = FigureExpression::Read(text, &error)->FindMixedUnits(unit_of);
+  return mixed ? std::to_string(mixed->offset) + ": " + mixed->message : "";
+}
+
+TEST(FigureExpressionTest, UnitsAreNotMixed) {
+  for (const char* good :
+       {"x > 1", "x + 0.5 > 1 km", "x / t > 3 mm", "2 * x > 1 deg", "sqrt(x) == 1 s", "n >= 20%",
+        "y > 1 deg and y > 1 m", "abs(x - 1 mm) < hypot(x, 1) or -t < 1 min", "'x' == y"}) {
+    EXPECT_EQ(MixedUnitsIn(good), "");
+  }
+  const std::string rest = " cannot be compared or added; expected the same unit";
+  EXPECT_EQ(MixedUnitsIn("x > 1 deg"), "2: values in m and in rad" + rest);
+  EXPECT_EQ(MixedUnitsIn("x > 1 and not 3 ms == -x"), "19: values in s and in m" + rest);
+  EXPECT_EQ(MixedUnitsIn("x + 0 - abs(t) > 1"), "6: values in m and in s" + rest);
+  EXPECT_EQ(MixedUnitsIn("1 < max(1, x, t)"), "4: values in m and in s" + rest);
+  EXPECT_EQ(MixedUnitsIn("2 * (x + 20%) > y"), "7: values in m and without a unit" + rest);
+  EXPECT_EQ(MixedUnitsIn("n > 3 s"), "2: values without a unit and in s" + rest);
+}
+
 TEST(FigureExpressionTest, WhatIsUnknownStaysSo) {
   EXPECT_TRUE(ValueOf("none + 1 > 0").is_null());
   EXPECT_TRUE(ValueOf("none and true").is_null());

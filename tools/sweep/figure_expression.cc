@@ -20,17 +20,18 @@ using Node = FigureExpression::Node;
 struct Unit {
   std::string_view name;
   double factor;
+  std::string_view si;
 };
-constexpr std::array<Unit, 10> kUnits = {{{"mm", 1e-3},
-                                          {"cm", 1e-2},
-                                          {"m", 1.0},
-                                          {"km", 1e3},
-                                          {"ms", 1e-3},
-                                          {"s", 1.0},
-                                          {"min", 60.0},
-                                          {"deg", std::numbers::pi / 180},
-                                          {"rad", 1.0},
-                                          {"%", 1e-2}}};
+constexpr std::array<Unit, 10> kUnits = {{{"mm", 1e-3, "m"},
+                                          {"cm", 1e-2, "m"},
+                                          {"m", 1.0, "m"},
+                                          {"km", 1e3, "m"},
+                                          {"ms", 1e-3, "s"},
+                                          {"s", 1.0, "s"},
+                                          {"min", 60.0, "s"},
+                                          {"deg", std::numbers::pi / 180, "rad"},
+                                          {"rad", 1.0, "rad"},
+                                          {"%", 1e-2, "1"}}};
 
 /// A function, and how many numbers it takes.
 struct Function {
@@ -213,7 +214,7 @@ class ExpressionReader {
     }
     if (word != "%") at_ += word.size();
     SkipBlanks();
-    return Node{Node::Kind::kValue, offset, number * unit->factor, "", {}};
+    return Node{Node::Kind::kValue, offset, number * unit->factor, std::string(unit->si), {}};
   }
 
   /// A figure's name, or a function with what it is given.
@@ -372,6 +373,44 @@ class Evaluation {
   ExpressionError* error_;
 };
 
+/// Looks for the first place at which units are mixed.
+class UnitCheck {
+ public:
+  explicit UnitCheck(const FigureExpression::UnitOf& unit_of) : unit_of_(unit_of) {}
+
+  /// The unit of what a part of the expression comes to; empty if it is not known.
+  std::string_view UnitOf(const Node& node) {
+    if (node.kind == Node::Kind::kValue) return node.word;
+    if (node.kind == Node::Kind::kName) return unit_of_(node.word);
+    static constexpr std::array<std::string_view, 7> kKeep = {"neg",   "+",   "-",  "abs",
+                                                              "hypot", "min", "max"};
+    const bool keeps = std::ranges::find(kKeep, node.word) != kKeep.end();
+    const bool compares = std::string_view("=!<>").find(node.word[0]) != std::string_view::npos;
+    std::string_view unit;
+    for (const Node& part : node.parts) {
+      const std::string_view other = UnitOf(part);
+      if (unit.empty()) unit = other;
+      if ((keeps || compares) && !other.empty() && other != unit) Wrong(node, unit, other);
+    }
+    return keeps ? unit : std::string_view();
+  }
+  [[nodiscard]] const std::optional<ExpressionError>& error() const { return error_; }
+
+ private:
+  void Wrong(const Node& node, std::string_view a, std::string_view b) {
+    const auto words = [](std::string_view unit) {
+      return unit == "1" ? "without a unit" : fmt::format("in {}", unit);
+    };
+    if (error_) return;
+    error_ = {node.offset,
+              fmt::format("values {} and {} cannot be compared or added; expected the same unit",
+                          words(a), words(b))};
+  }
+
+  const FigureExpression::UnitOf& unit_of_;
+  std::optional<ExpressionError> error_;
+};
+
 }  // namespace
 
 std::optional<FigureExpression> FigureExpression::Read(std::string_view text,
@@ -392,6 +431,12 @@ std::optional<FigureExpression> FigureExpression::Read(std::string_view text,
 Json FigureExpression::Evaluate(const Lookup& lookup, ExpressionError* error) const {
   const Json value = Evaluation(lookup, error).ValueOf(*root_);
   return error->message.empty() ? value : Json(nullptr);
+}
+
+std::optional<ExpressionError> FigureExpression::FindMixedUnits(const UnitOf& unit_of) const {
+  UnitCheck check(unit_of);
+  check.UnitOf(*root_);
+  return check.error();
 }
 
 }  // namespace morphbus::tools

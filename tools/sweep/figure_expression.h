@@ -47,6 +47,14 @@ class FigureExpression {
   /// or a name without a figure; the result is then null.
   [[nodiscard]] Json Evaluate(const Lookup& lookup, ExpressionError* error) const;
 
+  /// The unit of a figure by its name, in SI symbols ("m/s"): "1" for a plain number, empty if it
+  /// is not known.
+  using UnitOf = std::function<std::string_view(const std::string& name)>;
+  /// The first place at which values of two units are compared, added or subtracted, or are given
+  /// to one function; nothing if there is none. What has no unit goes with everything: a number
+  /// that is written without one, a product, a quotient and a root.
+  [[nodiscard]] std::optional<ExpressionError> FindMixedUnits(const UnitOf& unit_of) const;
+
   /// The names of figures in it, and where each stands, in the order of the text.
   [[nodiscard]] const std::vector<std::pair<std::string, size_t>>& names() const { return names_; }
   /// As it was written.
@@ -57,8 +65,8 @@ class FigureExpression {
     enum class Kind { kValue, kName, kOperator, kFunction };
     Kind kind = Kind::kValue;
     size_t offset = 0;
-    /// Of a value that value, of the others the name, the operator ("neg" for a sign), or the
-    /// function.
+    /// Of a value that value, and as the word the SI symbol of its unit, if it has one; of the
+    /// others the name, the operator ("neg" for a sign), or the function.
     Json value;
     std::string word;
     std::vector<Node> parts;

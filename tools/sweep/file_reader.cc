@@ -1,11 +1,34 @@
 #include "tools/sweep/file_reader.h"
 
 #include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
 
 #include "tools/base/messages.h"
 #include "tools/sweep/row_run.h"
 
 namespace morphbus::tools {
+namespace {
+
+/// The unit of a figure of a run (docs/cli.md, "Figures"), as far as its name tells it; empty if
+/// not, as for an axis.
+std::string_view UnitOfFigure(const std::string& name) {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kEndings = {
+      {{"_m", "m"}, {"_s", "s"}, {"_rad", "rad"}, {"_j", "J"}}};
+  const std::string_view group = std::string_view(name).substr(0, name.find('.'));
+  if (group == "displacement" || group == "root_displacement" || name == "path_length") return "m";
+  if (name == "energy") return "J";
+  if (name == "cost_of_transport" || name == "num_faults") return "1";
+  // Elsewhere, as in gait.duty, names of links, joints and modules stand last, which may end
+  // anyhow.
+  if ((group != "gait" && group != "walk") || name.rfind('.') != group.size()) return "";
+  const auto ending = std::ranges::find_if(
+      kEndings, [&name](const auto& one) { return name.ends_with(one.first); });
+  return ending == kEndings.end() ? "" : ending->second;
+}
+
+}  // namespace
 
 std::optional<FigureExpression> FileReader::ReadExpression(const source::TomlValue& value,
                                                            const char* example) {
@@ -23,6 +46,9 @@ std::optional<FigureExpression> FileReader::ReadExpression(const source::TomlVal
   if (!expression) return diagnostics_.Error(span_at(error.offset, 1), error.message);
   for (const auto& [name, offset] : expression->names()) {
     named_.emplace_back(name, span_at(offset, name.size()));
+  }
+  if (const auto mixed = expression->FindMixedUnits(UnitOfFigure)) {
+    Wrong(span_at(mixed->offset, 1), mixed->message);
   }
   return expression;
 }

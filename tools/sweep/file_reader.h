@@ -35,7 +35,7 @@ class FileReader {
   }
 
   /// Reads an expression, of which `example` is one; nothing after saying what is wrong with it.
-  /// The names in it are kept for CheckNames.
+  /// The names in it are kept for CheckNames. Of figures the units are those that names tell.
   std::optional<FigureExpression> ReadExpression(const source::TomlValue& value,
                                                  const char* example = "num_faults == 0");
 
