@@ -140,7 +140,9 @@ class Some(Case):
         car = (SOURCE / 'models' / 'atron.m3l', SOURCE / 'models' / 'programs' / 'car.dyn', '--robot', 'car')
         for text, message in (
                 ('title = "a"\nseconds = 5\nmet = "distnace >= 1"\n', "task.toml:3:8: error: there is no figure 'distnace' here"),
-                ('title = "a"\nseconds = 5\nuntil = "drift > 1"\nmet = "up > 1"\n', "there is no figure 'drift' here"),
+                ('title = "a"\nseconds = 5\nuntil = "drift > 1"\nmet = "up > 1"\n', "'drift' is known once the run is over"),
+                ('title = "a"\nseconds = 5\nuntil = "drifts > 1"\nmet = "up > 1"\n', "there is no figure 'drifts' here"),
+                ('title = "a"\nseconds = 5\nmet = "up > 1"\nworld = "no.sdf"\n', 'task.toml:4:9: error: cannot read '),
                 ('title = "a"\nseconds = 0\nmet = "up > 1"\n', 'task.toml:2:11: error: expected a number above 0'),
                 ('title = "a"\nseconds = 5\nmet = "up >"\n', 'task.toml:3:'),
                 ('title = "a"\nsecond = 5\nmet = "up > 1"\n', "did you mean 'seconds'?"),
@@ -154,6 +156,14 @@ class Some(Case):
             with self.subTest(text=text):
                 shutil.rmtree(self.folder / 'tasks', ignore_errors=True)
                 self.assertIn(message, self.benchmark(self.own(task=text), *car, status=2).stderr)
+        # A key that is there is not also missed, nor is anything made of its default.
+        push = '[push]\nafter = 1\nseconds = 1\nsettle = 1\nweights = 1\ndirection = "UP"\n'
+        for old, new in (('title = "a"', 'title = 3'), ('seconds = 50', 'seconds = -5'), ('met = "up > 1"', 'met = true'),
+                         ('up > 1', 'up >'), ('weights = 1', 'weights = -1')):
+            with self.subTest(now=new):
+                shutil.rmtree(self.folder / 'tasks', ignore_errors=True)
+                folder = self.own(task=('title = "a"\nseconds = 50\nmet = "up > 1"\n' + push).replace(old, new))
+                self.assertEqual(self.benchmark(folder, *car, status=2).stderr.count('error:'), 1)
         # Results that somebody has damaged are refused before anything runs.
         shutil.rmtree(self.folder / 'tasks')
         folder = self.own(task='title = "a"\nseconds = 1\nmet = "up > 1"\n')
@@ -173,6 +183,27 @@ class Some(Case):
         self.assertIn('its tasks are lift', self.benchmark(FOLDER, '--robot', 'arm', '--task', 'turn', status=2).stderr)
         self.assertIn('of your own', self.benchmark(FOLDER, '--set', 'swing=1', status=2).stderr)
 
+    def test_values_of_two_units_are_not_compared(self):
+        car = (SOURCE / 'models' / 'atron.m3l', SOURCE / 'models' / 'programs' / 'car.dyn', '--robot', 'car', '--dry-run')
+        for key, expression, column, units in (
+                ('met', 'distance > 1 deg', 17, 'in m and in rad'), ('met', 'energy > 3 s', 15, 'in J and in s'),
+                ('met', 'abs(turned) > 5 mm', 20, 'in rad and in m'), ('met', 'up > 0 and speed - drift > 0', 25, 'in m/s and in m'),
+                ('met', 'num_faults < 3 s', 19, 'without a unit and in s'), ('until', 'distance > 1 deg', 19, 'in m and in rad')):
+            with self.subTest(expression=expression):
+                folder = self.own(task=f'title = "a"\nseconds = 5\n{key} = "{expression}"\n' + ('met = "up > 1"\n' if key == 'until' else ''))
+                self.assertIn(f'task.toml:3:{column}: error: values {units} cannot be compared or added',
+                              self.benchmark(folder, *car, status=2).stderr)
+                shutil.rmtree(folder)
+        self.benchmark(self.own(task='title = "a"\nseconds = 5\nmet = "distance > 2 * spot - 20 mm and speed > distance / seconds"\n'), *car)
+
+    def test_a_setting_of_robots_toml_has_its_place(self):
+        folder = self.own(near='title = "near"\nseconds = 1\nmet = "distance >= 0"\n')
+        path = folder / 'robots.toml'
+        robot = f'\n[[robot]]\nmodel = "{SOURCE}/models/atron.m3l"\nrobot = "car"\nprogram = "{SOURCE}/models/programs/car.dyn"\n'
+        for more, message in (('set = ["wsing=1"]', 'set wsing=1: '), ('set = ["swing"]', 'set swing: expected NAME=VALUE'),
+                              ('params = "no.toml"', 'params: cannot read ')):
+            path.write_text(robot + more, encoding='utf-8')
+            self.assertIn(f'error: {path}:2: {message}', self.benchmark(folder, '--dry-run', status=2).stderr)
 
     def test_rows_are_written_in_one_order_whichever_came_first(self):
         folder = self.own(**{name: f'title = "{name}"\nseconds = 1\nmet = "distance >= 0"\n' for name in ('first', 'second')})

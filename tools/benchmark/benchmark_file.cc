@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <initializer_list>
+#include <string_view>
 
 #include "bridge/control/control_command.h"
 #include "compiler/source/toml.h"
@@ -22,13 +25,53 @@ constexpr const char* kRobots = "robots.toml";
 /// The longest run, s: what a robot did is kept in memory, tick by tick.
 constexpr double kMostSeconds = 1e4;
 
+/// A figure of a task, with its unit as FigureExpression::UnitOf has it.
+struct Figure {
+  std::string_view name, unit;
+  bool at_the_end;  ///< Only the end of the run tells it.
+};
+constexpr std::array<Figure, 17> kFigures = {{{"seconds", "s", false},
+                                              {"distance", "m", false},
+                                              {"north", "m", false},
+                                              {"up", "m", false},
+                                              {"east", "m", false},
+                                              {"turned", "rad", false},
+                                              {"spot", "m", false},
+                                              {"speed", "m/s", true},
+                                              {"drift", "m", true},
+                                              {"energy", "J", true},
+                                              {"cost_of_transport", "1", true},
+                                              {"max_tilt", "rad", true},
+                                              {"num_faults", "1", true},
+                                              {"speed_before", "m/s", true},
+                                              {"speed_after", "m/s", true},
+                                              {"height_before", "m", true},
+                                              {"height_after", "m", true}}};
+
+/// The unit of a figure; empty for a name of none, of which something else is told.
+std::string_view UnitOfTaskFigure(const std::string& name) {
+  const auto figure = std::ranges::find(kFigures, name, &Figure::name);
+  return figure == kFigures.end() ? "" : figure->unit;
+}
+
+/// Whether a table has all of these keys. What they say may be wrong, which is told at its place.
+bool HasAll(const TomlValue::Table& table, std::initializer_list<const char*> keys) {
+  return std::ranges::all_of(keys, [&table](const char* key) {
+    return std::ranges::find(table, key, &TomlEntry::key) != table.end();
+  });
+}
+
 /// Reads the tree of one file, whose errors go to `diagnostics`. Paths are relative to the file.
 /// What is wrong is reported and left at its default, so that one reading finds all mistakes of a
 /// file; who reads asks the diagnostics whether there were any.
 class BenchmarkReader {
  public:
-  BenchmarkReader(int file, std::string folder, source::Diagnostics* diagnostics)
-      : top_{file, 0, 1}, folder_(std::move(folder)), diagnostics_(*diagnostics) {}
+  BenchmarkReader(const source::SourceSet& sources, int file, std::string folder,
+                  source::Diagnostics* diagnostics)
+      : sources_(sources),
+        top_{file, 0, 1},
+        folder_(std::move(folder)),
+        diagnostics_(*diagnostics) {}
 
   /// The task of a file that is called `name`. It knows all figures in `met`, and in `until` those
   /// that are known while it runs.
@@ -42,7 +85,7 @@ class BenchmarkReader {
       } else if (key == "seconds") {
         Number(entry.value, 0, kMostSeconds, &task.seconds);
       } else if (key == "world") {
-        Path(entry.value, &task.world);
+        World(entry.value, &task.world);
       } else if (key == "friction") {
         if (entry.value.number() == 0.0) {
           task.friction = 0;
@@ -50,19 +93,21 @@ class BenchmarkReader {
           Number(entry.value, 0, 10, &task.friction);
         }
       } else if (key == "until") {
-        task.until = Expression(entry.value, BenchmarkFigures(false));
+        task.until = Expression(entry.value, false);
       } else if (key == "met") {
-        task.met = Expression(entry.value, BenchmarkFigures(true));
+        task.met = Expression(entry.value, true);
       } else if (key == "push") {
         task.push = Push(entry.value);
       } else {
         Unknown(entry, {"title", "seconds", "world", "friction", "until", "met", "push"});
       }
     }
-    if (task.title.empty()) Wrong(top_, "a task has a title");
-    if (task.seconds == 0) Wrong(top_, "a task says how many seconds it may take");
-    if (!task.met) Wrong(top_, "a task says when it is met", "add met = \"distance >= 10 m\"");
-    if (task.push &&
+    if (!HasAll(table, {"title"})) Wrong(top_, "a task has a title");
+    if (!HasAll(table, {"seconds"})) Wrong(top_, "a task says how many seconds it may take");
+    if (!HasAll(table, {"met"})) {
+      Wrong(top_, "a task says when it is met", "add met = \"distance >= 10 m\"");
+    }
+    if (task.push && task.seconds > 0 &&
         task.push->after_s + task.push->seconds + task.push->settle_s >= task.seconds) {
       Wrong(top_, "the task is over before the robot has settled from its push");
     }
@@ -102,6 +147,14 @@ class BenchmarkReader {
     Text(value, out);
     if (!out->empty()) *out = (fs::path(folder_) / *out).lexically_normal().string();
   }
+  /// The path of a world, which must be there. What stands in it is looked at when a run is
+  /// planned.
+  void World(const TomlValue& value, std::string* out) {
+    Path(value, out);
+    std::error_code error;
+    if (out->empty() || fs::is_regular_file(*out, error)) return;
+    Wrong(value.span, fmt::format("cannot read {}: there is no such file", *out));
+  }
   /// A number above `least` and up to `most`.
   void Number(const TomlValue& value, double least, double most, double* out) {
     const std::optional<double> number = value.number();
@@ -115,8 +168,8 @@ class BenchmarkReader {
     for (const TomlValue& item : *value.array()) Text(item, &out->emplace_back());
   }
 
-  std::optional<FigureExpression> Expression(const TomlValue& value,
-                                             const std::vector<std::string>& figures) {
+  /// `met`, or `until`, which cannot ask for what is known at the end only.
+  std::optional<FigureExpression> Expression(const TomlValue& value, bool at_the_end) {
     std::string text;
     Text(value, &text);
     if (text.empty()) return std::nullopt;
@@ -129,9 +182,10 @@ class BenchmarkReader {
     std::optional<FigureExpression> expression = FigureExpression::Read(text, &error);
     if (!expression) return diagnostics_.Error(at(error.offset, 1), error.message);
     for (const auto& [name, offset] : expression->names()) {
-      if (std::ranges::find(figures, name) != figures.end()) continue;
-      Wrong(at(offset, name.size()), fmt::format("there is no figure '{}' here", name),
-            source::NearestHint(name, figures, "docs/benchmark.md has those that there are"));
+      CheckFigure(name, at(offset, name.size()), at_the_end);
+    }
+    if (const auto mixed = expression->FindMixedUnits(UnitOfTaskFigure)) {
+      Wrong(at(mixed->offset, 1), mixed->message);
     }
     // Whether it is true or false is seen with any figures, before a run of many minutes.
     const Json one = expression->Evaluate([](const std::string&) { return Json(1.0); }, &error);
@@ -140,6 +194,21 @@ class BenchmarkReader {
       Wrong(value.span, "expected what is true or false", "compare it: distance >= 10 m");
     }
     return expression;
+  }
+  /// Says what is wrong with the name of a figure, if anything is.
+  void CheckFigure(const std::string& name, const source::Span& span, bool at_the_end) {
+    const auto figure = std::ranges::find(kFigures, name, &Figure::name);
+    if (figure != kFigures.end() && (at_the_end || !figure->at_the_end)) return;
+    if (figure != kFigures.end()) {
+      return Wrong(span, fmt::format("'{}' is known once the run is over", name),
+                   "'met' may ask for it, 'until' may not");
+    }
+    std::vector<std::string> known;
+    for (const Figure& one : kFigures) {
+      if (at_the_end || !one.at_the_end) known.emplace_back(one.name);
+    }
+    Wrong(span, fmt::format("there is no figure '{}' here", name),
+          source::NearestHint(name, known, "docs/benchmark.md has those that there are"));
   }
 
   std::optional<BenchmarkPush> Push(const TomlValue& value) {
@@ -167,9 +236,9 @@ class BenchmarkReader {
         Unknown(entry, {"after", "seconds", "settle", "weights", "direction"});
       }
     }
-    const bool whole = push.after_s > 0 && push.seconds > 0 && push.settle_s > 0 &&
-                       push.weights > 0 && !push.direction.empty();
-    if (!whole) Wrong(value.span, "a push has after, seconds, direction, weights and settle");
+    if (!HasAll(*value.table(), {"after", "seconds", "direction", "weights", "settle"})) {
+      Wrong(value.span, "a push has after, seconds, direction, weights and settle");
+    }
     return push;
   }
 
@@ -179,6 +248,8 @@ class BenchmarkReader {
       Wrong(value.span, "expected a table: [[robot]]");
       return robot;
     }
+    robot.settings_from = fmt::format("{}:{}: ", sources_.name(top_.file),
+                                      sources_.LineOf(top_.file, value.span.begin));
     for (const TomlEntry& entry : *value.table()) {
       const std::string& key = entry.key;
       if (key == "model") {
@@ -202,12 +273,13 @@ class BenchmarkReader {
                 {"model", "robot", "program", "compiled_for", "params", "set", "tasks", "meets"});
       }
     }
-    if (robot.model.empty() || robot.robot.empty() || robot.program.empty()) {
+    if (!HasAll(*value.table(), {"model", "robot", "program"})) {
       Wrong(value.span, "a robot has model, robot and program");
     }
     return robot;
   }
 
+  const source::SourceSet& sources_;
   source::Span top_;
   std::string folder_;
   source::Diagnostics& diagnostics_;
@@ -227,7 +299,7 @@ bool ReadInto(const fs::path& path, Benchmark* benchmark) {
   std::optional<TomlValue::Table> table;
   if (!diagnostics.had_errors()) table = source::ParseToml(sources, file, &diagnostics);
   if (table) {
-    BenchmarkReader reader(file, benchmark->folder, &diagnostics);
+    BenchmarkReader reader(sources, file, benchmark->folder, &diagnostics);
     if (path.filename() == kRobots) {
       benchmark->robots = reader.Robots(*table);
     } else if (std::optional<BenchmarkTask> task = reader.Task(path.stem().string(), *table)) {
@@ -281,16 +353,6 @@ std::optional<Benchmark> ReadBenchmark(const std::string& folder) {
     if (!KnowsItsTasks(benchmark, robot)) return std::nullopt;
   }
   return benchmark;
-}
-
-std::vector<std::string> BenchmarkFigures(bool at_the_end) {
-  std::vector<std::string> names = {"seconds", "distance", "north", "up", "east", "turned", "spot"};
-  if (at_the_end) {
-    names.insert(names.end(),
-                 {"speed", "drift", "energy", "cost_of_transport", "max_tilt", "num_faults",
-                  "speed_before", "speed_after", "height_before", "height_after"});
-  }
-  return names;
 }
 
 }  // namespace morphbus::tools

@@ -19,7 +19,7 @@ struct BenchmarkPush {
   double settle_s = 0;    ///< So long after it the robot may take to find its feet.
 };
 
-/// What a robot is to do. Its figures are those of BenchmarkFigures().
+/// What a robot is to do. Its figures are those of docs/benchmark.md.
 struct BenchmarkTask {
   std::string name;       ///< That of its file, without ".toml".
   std::string title;      ///< For people: "10 m straight".
@@ -40,6 +40,7 @@ struct BenchmarkRobot {
                                       ///< empty: its own.
   std::string params;                 ///< Path of settings (`run --params`); empty: none.
   std::vector<std::string> set;       ///< Settings (`run --set`).
+  std::string settings_from = "--";   ///< RunOptions::settings_from.
   std::vector<std::string> tasks;     ///< By name, those at which it is looked at; empty: all.
   std::vector<std::string> meets;     ///< Those of them that it is meant to meet.
 };
@@ -54,9 +55,5 @@ struct Benchmark {
 /// Reads robots.toml of a folder, and a task from each other *.toml. Nothing, after printing what
 /// is wrong and where.
 std::optional<Benchmark> ReadBenchmark(const std::string& folder);
-
-/// The names of the figures that tasks speak of: those that are known while the run goes on, then
-/// those that only its end tells.
-std::vector<std::string> BenchmarkFigures(bool at_the_end);
 
 }  // namespace morphbus::tools

@@ -68,6 +68,7 @@ std::optional<RunPlan> PlanBenchmark(const BenchmarkTask& task, const BenchmarkR
   options.robot = robot.robot;
   options.params = robot.params;
   options.set = robot.set;
+  options.settings_from = robot.settings_from;
   options.seconds = task.seconds;
   options.world = task.world;
   options.friction = task.friction;

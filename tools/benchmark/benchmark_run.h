@@ -14,7 +14,7 @@ namespace morphbus::tools {
 struct BenchmarkOutcome {
   std::string error;  ///< Why the run failed; empty if it ended well.
   bool met = false;
-  Json figures = Json::object();  ///< By BenchmarkFigures(); null for what the run does not have.
+  Json figures = Json::object();  ///< By name; null for what the run does not have.
   std::string hash;               ///< Of the run.
 };
 

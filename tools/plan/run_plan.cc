@@ -362,7 +362,8 @@ std::optional<RunPlan> PlanRun(const RunOptions& options, ModelSource* source) {
 
 std::optional<RunPlan> PlanCompiled(const RunOptions& options, model::Model model,
                                     const CompiledProgram& compiled) {
-  const std::optional<std::vector<Setting>> settings = ReadSettings(options.params, options.set);
+  const std::optional<std::vector<Setting>> settings =
+      ReadSettings(options.params, options.set, options.settings_from);
   CompiledProgram program = compiled;
   if (!settings || !SetParameters(*settings, &program)) return std::nullopt;
   const model::Robot* robot = RobotOf(options, model);

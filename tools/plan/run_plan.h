@@ -33,6 +33,8 @@ struct RunOptions {
   /// Settings, "NAME=VALUE" (--set): of parameters of the program, and with two dots in the name of
   /// attributes of the model. They come after those of the file, and of two the later one counts.
   std::vector<std::string> set;
+  /// What stands before "params" and "set" in messages; of a file its name and line: "r.toml:3: ".
+  std::string settings_from = "--";
   double seconds = 0.0;  ///< Sim time; 0: until stopped.
   std::string log;       ///< Path; empty: morphbus-<run>.log here.
   bool no_log = false;   ///< None is written.

@@ -80,21 +80,22 @@ class SettingsFile {
 }  // namespace
 
 std::optional<std::vector<Setting>> ReadSettings(const std::string& params,
-                                                 const std::vector<std::string>& set) {
+                                                 const std::vector<std::string>& set,
+                                                 const std::string& from) {
   std::vector<Setting> settings;
   // The file comes first, since the later one of two for one name counts.
   if (!params.empty()) {
     const Result<std::string> text = ReadFile(params, kMostSettingsBytes);
-    if (!text) return Refuse("--params: " + text.error().message);
+    if (!text) return Refuse(from + "params: " + text.error().message);
     if (!SettingsFile(params, *text).Read(&settings)) return std::nullopt;
   }
   for (const std::string& text : set) {
     // A name and a value must both be there.
     const size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
-      return Refuse(fmt::format("--set {}: expected NAME=VALUE, e.g. swing=45", text));
+      return Refuse(fmt::format("{}set {}: expected NAME=VALUE, e.g. swing=45", from, text));
     }
-    settings.push_back({text.substr(0, equals), text.substr(equals + 1), "--set " + text});
+    settings.push_back({text.substr(0, equals), text.substr(equals + 1), from + "set " + text});
   }
   return settings;
 }

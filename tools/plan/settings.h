@@ -34,8 +34,10 @@ void AddSettings(Subcommand* sub, std::string* params, std::vector<std::string>*
 
 /// All settings, those of the file (none if its path is empty) before the others: of two for one
 /// name the later one counts. Empty, after printing why, if one of them cannot be understood.
+/// @param from  what stands before the words "params" and "set" in messages.
 std::optional<std::vector<Setting>> ReadSettings(const std::string& params,
-                                                 const std::vector<std::string>& set);
+                                                 const std::vector<std::string>& set,
+                                                 const std::string& from = "--");
 
 /// Gives the program's parameters their values. Says what is wrong with a setting, and where it
 /// came from; then the program is as it was.
