@@ -81,8 +81,12 @@ class Some(Case):
                 self.assertIn(f'{len(tasks)} runs, {len(expected)} of another', told.stdout)
                 for task, inputs in expected.items():
                     self.assertIn(f'{task} of car, car: the {", ".join(inputs)} of results.json ', told.stderr)
-        (folder / 'benchmark' / 'results.json').unlink()
-        self.assertEqual(dry().stdout, f'{len(tasks)} runs\n')
+        results = folder / 'benchmark' / 'results.json'
+        for without in (lambda: results.write_text('[]', encoding='utf-8'), results.unlink):
+            without()
+            told = dry(status=1)
+            self.assertEqual(told.stdout, f'{len(tasks)} runs, none of another model, program or world than in results.json, {len(tasks)} not in it\n')
+            self.assertEqual(told.stderr.count('it is not in results.json; --write adds it'), len(tasks))
         self.assertIn('--dry-run runs nothing', dry('--write', status=2).stderr)
         # Of a robot of one's own no results are kept; what cannot run is told as it is before a run.
         own = (folder / 'atron.m3l', folder / 'programs' / 'car.dyn', '--robot')
@@ -221,7 +225,9 @@ class Some(Case):
         robot = f'[[robot]]\nmodel = "{SOURCE}/models/atron.m3l"\nrobot = "car"\nprogram = "{SOURCE}/models/programs/car.dyn"\n'
         path = folder / 'robots.toml'
         path.write_text(robot, encoding='utf-8')
-        self.assertIn(' (no) ', self.benchmark(folder).stdout)
+        done = self.benchmark(folder, status=1)
+        self.assertIn(' (no) ', done.stdout)
+        self.assertIn('creep of car, car: it is not in results.json', done.stderr)
         path.write_text(robot + 'meets = ["creep"]\n', encoding='utf-8')
         for more in ((), ('--write',)):
             done = self.benchmark(folder, *more, status=1)

@@ -203,18 +203,15 @@ std::string Difference(const BenchmarkRow& row, const Json& known, bool ran) {
   return text;
 }
 
-/// Says which rows are not as results.json has them, and which it does not have although it has
-/// others. How many there are.
+/// Says which rows are not as results.json has them, and which it does not have. How many there
+/// are.
 int CountDifferences(const std::vector<BenchmarkRow>& rows, const std::vector<Json>& results,
                      bool ran) {
   int different = 0;
   for (const BenchmarkRow& row : rows) {
     const Json* known = FindResult(results, row);
-    std::string difference;
-    if (known != nullptr) difference = Difference(row, *known, ran);
-    if (known == nullptr && !results.empty()) {
-      difference = "it is not in results.json; --write adds it";
-    }
+    const std::string difference = known != nullptr ? Difference(row, *known, ran)
+                                                    : "it is not in results.json; --write adds it";
     if (difference.empty()) continue;
     ++different;
     Warn(fmt::format("{} of {}, {}: {}", row.task->name, row.robot, row.program, difference));
@@ -223,26 +220,32 @@ int CountDifferences(const std::vector<BenchmarkRow>& rows, const std::vector<Js
 }
 
 /// --dry-run: how many runs it would be, and which of them are made of something else than those of
-/// `results` were, which has nothing of a robot of one's own.
-int DryRun(const std::vector<BenchmarkRow>& rows, const std::vector<Json>& results, bool json) {
-  const int different = CountDifferences(rows, results, false);
+/// `results` were, or are not there. Of a robot of one's own, which is in no results, only how
+/// many.
+int DryRun(const std::vector<BenchmarkRow>& rows, const std::vector<Json>& results, bool own,
+           bool json) {
+  const int different = own ? 0 : CountDifferences(rows, results, false);
   if (json) {
     Json list = Json::array();
     for (const BenchmarkRow& row : rows) {
       Json one = RowJson(row);
       for (const char* of_the_run : {"met", "hash", "figures", "error"}) one.erase(of_the_run);
-      const Json* known = FindResult(results, row);
+      const Json* known = own ? nullptr : FindResult(results, row);
       one["others"] = known == nullptr ? Json(nullptr) : Json(OtherInputs(row, *known));
       list.push_back(std::move(one));
     }
     PrintJson({{"rows", list}});
   } else {
-    PrintText(fmt::format("{} run{}", rows.size(), rows.size() == 1 ? "" : "s") +
-              (results.empty() ? ""
-                               : fmt::format(", {} of another model, program or world than in "
-                                             "results.json",
-                                             different == 0 ? "none" : std::to_string(different))) +
-              "\n");
+    std::string text = Counted(static_cast<int64_t>(rows.size()), "run");
+    if (!own) {
+      const int64_t missing = std::ranges::count_if(
+          rows, [&](const BenchmarkRow& row) { return FindResult(results, row) == nullptr; });
+      const int64_t others = different - missing;
+      text += fmt::format(", {} of another model, program or world than in results.json",
+                          others == 0 ? "none" : std::to_string(others));
+      if (missing > 0) text += fmt::format(", {} not in it", missing);
+    }
+    PrintText(text + "\n");
   }
   return different == 0 ? kDone : kNo;
 }
@@ -271,7 +274,7 @@ int RunBenchmarks(const BenchmarkOptions& options) {
   std::optional<std::vector<PlannedTask>> planned = PlanAll(options, *benchmark);
   if (!planned) return kUnusable;
   if (options.dry_run) {
-    return DryRun(RowsOf(*std::move(planned)), own ? std::vector<Json>() : *results, options.json);
+    return DryRun(RowsOf(*std::move(planned)), *results, own, options.json);
   }
   CatchSignals();
   TablePrinter table(own ? *results : std::vector<Json>());
@@ -327,9 +330,9 @@ void AddBenchmark(CommandLine* line) {
   sub.Json(&options->json);
   sub.Footer(
       "(yes) and (no): the robot is looked at, but not meant to meet the task.\n"
-      "Exit status 1: a robot of FOLDER gets another result than results.json has, or does not "
-      "meet a task "
-      "that it is meant to, or one of your own does not meet a task.\n"
+      "Exit status 1: a robot of FOLDER gets another result than results.json has, or has none "
+      "there, or does not meet a task that it is meant to, or one of your own does not meet a "
+      "task.\n"
       "Examples:\n  morphbus benchmark models/benchmark\n"
       "  morphbus benchmark models/benchmark --task straight --robot car\n"
       "  morphbus benchmark models/benchmark models/mtran.m3l walk.dyn --robot quadruped");
