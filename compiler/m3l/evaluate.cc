@@ -81,6 +81,10 @@ std::optional<double> Evaluate(const Expr& expr, source::Diagnostics* diagnostic
       break;
   }
   // Nothing else is a number: a name, a string, a list or a condition.
+  if (expr.kind == ExprKind::kPath) {
+    return diagnostics->Error(expr.span, "expected a number, and no constant '" +
+                                             PathText(expr.path) + "' is known here");
+  }
   return diagnostics->Error(expr.span, "expected a number");
 }
 

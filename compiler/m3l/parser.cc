@@ -52,13 +52,18 @@ void Parser::SkipAttribute(size_t begin) {
   at_ = i;
 }
 
-void Parser::SkipGroup() {
-  // Up to the parenthesis that closes the group; a statement in between means that it is missing.
-  int open = 0;
-  for (; !AtEnd() && !StartsStatement(at_); ++at_) {
-    open += Is("(") ? 1 : Is(")") ? -1 : 0;
-    if (open == 0) break;
+size_t Parser::EndOfGroup(size_t open) const {
+  int depth = 0;
+  size_t i = open;
+  for (; !IsKind(i, TokenKind::kEnd) && !StartsStatement(i); ++i) {
+    depth += IsSymbol(i, "(") ? 1 : IsSymbol(i, ")") ? -1 : 0;
+    if (depth == 0) break;
   }
+  return i;
+}
+
+void Parser::SkipGroup() {
+  at_ = EndOfGroup(at_);
   Accept(")");
 }
 

@@ -83,6 +83,9 @@ class Parser {
   void SkipAttribute(size_t begin);
   /// Skips to the next statement or the end of the file.
   void SkipToStatement();
+  /// The parenthesis that closes the group which token `open` opens; the next statement or the end
+  /// of the file if none does.
+  [[nodiscard]] size_t EndOfGroup(size_t open) const;
   /// Skips a parenthesised group, from its opening parenthesis.
   void SkipGroup();
 
@@ -105,6 +108,8 @@ class Parser {
   struct PointSlot {
     std::vector<PointDecl>* points = nullptr;
     int levels = 0;
+    /// False if the parenthesis around the declaration is missing at its end.
+    bool closed = true;
   };
   /// Attributes and points up to the next statement or, if `nested`, to the closing parenthesis,
   /// which is left.

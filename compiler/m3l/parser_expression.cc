@@ -44,6 +44,17 @@ std::optional<double> NumberValue(std::string_view text) {
   return value;
 }
 
+/// The relations that are words.
+const std::vector<std::string> kRelations = {"coincident", "parallel", "antiparallel"};
+
+/// What was read as the name that the last operand binds and is a misspelt relation, as in
+/// "p paralel q"; null if there is no such name.
+const Name* MisspeltRelation(const Expr& expr) {
+  const Expr* last = &expr;
+  while (!last->children.empty()) last = &last->children.back();
+  return source::NearestName(last->bound.text, kRelations).empty() ? nullptr : &last->bound;
+}
+
 }  // namespace
 
 bool Parser::TooDeep() {
@@ -55,8 +66,8 @@ bool Parser::TooDeep() {
 
 std::string Parser::RelationAt(size_t i) const {
   // Words and symbols are different kinds of tokens, so that "==" in a string is no relation.
-  for (const std::string_view word : {"coincident", "parallel", "antiparallel"}) {
-    if (IsWord(i, word)) return std::string(word);
+  for (const std::string& word : kRelations) {
+    if (IsWord(i, word)) return word;
   }
   for (const std::string_view op : {"==", "!=", "<", "<=", ">", ">="}) {
     if (IsSymbol(i, op)) return std::string(op);
@@ -289,6 +300,9 @@ bool Parser::ParseElements(size_t open, std::string_view close, Expr& into) {
     ok = false;
     if (AtEnd() || StartsStatement(at_)) {
       Error(TokenAt(open).span, "'" + std::string(Text(open)) + "' is never closed");
+    } else if (const Name* relation = MisspeltRelation(into.children.back())) {
+      Error(relation->span, "expected a relation, found '" + relation->text + "'").hint =
+          source::NearestHint(relation->text, kRelations);
     } else {
       source::Diagnostic& d = Error(
           Now().span, "expected ',' or '" + std::string(close) + "', found " + Described(at_));
@@ -304,6 +318,7 @@ bool Parser::ParseElements(size_t open, std::string_view close, Expr& into) {
                       last == ExprKind::kOr || last == ExprKind::kNot)) {
         d.hint = "conditions are joined with 'and' or 'or'";
       }
+      d.hint = source::NearestHint(std::string(Text(at_)), kRelations, d.hint);
       d.notes.push_back({TokenAt(open).span, "opened here"});
     }
   }

@@ -159,6 +159,11 @@ void Parser::ParseBody(Declaration& declaration, PointSlot slot, bool nested) {
   // The loop ends where the declaration does: at a statement, the end, or the bracket that closes
   // it.
   while (!AtEnd() && !StartsStatement(at_) && !(nested && Is(")"))) {
+    // Where that bracket is missing, it was meant before a point that cannot stand here, and before
+    // an attribute behind no comma.
+    const bool point = Is("(") && IsWord(at_ + 1, "point");
+    const bool attribute = IsKind(at_, TokenKind::kWord) && !comma;
+    if (!slot.closed && ((point && slot.levels == 0) || attribute)) return;
     // A part is a sub-point, a comma, an attribute, or something that cannot stand here.
     if (Is("(") && IsKeyword(Text(at_ + 1))) {
       ParseSubpoint(declaration, slot);
@@ -238,7 +243,8 @@ void Parser::ParseSubpoint(Declaration& owner, PointSlot slot) {
   // The sub-point is parsed like any other declaration, up to its closing parenthesis.
   PointDecl& point = slot.points->emplace_back();
   ParseHeader(point);
-  ParseBody(point, {&point.subpoints, slot.levels - 1}, true);
+  const bool closed = IsSymbol(EndOfGroup(open), ")");
+  ParseBody(point, {&point.subpoints, slot.levels - 1, closed}, true);
   // The parenthesis that is missing is better shown where it was opened.
   if (Accept(")")) return;
   Error(TokenAt(open).span, "'(' is never closed");

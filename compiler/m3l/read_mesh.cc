@@ -183,6 +183,12 @@ std::string ExcessOf(const aiScene& scene) {
   return "";
 }
 
+/// What people call the format of that extension.
+const char* FormatOf(const std::string& extension) {
+  if (extension == "stl") return "STL";
+  return extension == "obj" ? "OBJ" : "glTF";
+}
+
 /// The triangles of bytes that have been looked at, read as the format of that extension.
 /// @param flags  what the library is to do with them, of aiPostProcessSteps.
 Result<MeshTriangles> ParseAs(const std::string& extension, unsigned flags, const std::string& name,
@@ -193,7 +199,14 @@ Result<MeshTriangles> ParseAs(const std::string& extension, unsigned flags, cons
   KeepOnly(extension, &importer);
   const aiScene* scene =
       importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, extension.c_str());
-  if (scene == nullptr) return bad(std::string("cannot be read: ") + importer.GetErrorString());
+  if (scene == nullptr) {
+    const std::string why = importer.GetErrorString();
+    // The library calls bytes without a file by a name of its own.
+    if (why.starts_with("No suitable reader")) {
+      return bad(fmt::format("is no {} file, which its name says it is", FormatOf(extension)));
+    }
+    return bad("cannot be read: " + why);
+  }
   if (flags != 0) {
     if (const std::string excess = ExcessOf(*scene); !excess.empty()) return bad(excess);
     scene = importer.ApplyPostProcessing(flags);

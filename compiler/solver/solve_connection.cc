@@ -141,6 +141,8 @@ class ConnectionSolver {
     source::Span span;
     std::string what;
     std::pair<int, int> connectors;  ///< The pair that it stopped.
+    /// Of attributes: the values of the pairs that came so far, the first few that differ.
+    std::vector<std::string> values;
   };
 
   /// Takes an obstacle over if it is further along than the one that is known.
@@ -148,7 +150,22 @@ class ConnectionSolver {
              std::pair<int, int> connectors) {
     // Of two pairs that came equally far the first one stays.
     if (std::tie(stage, index) <= std::tie(obstacle_.stage, obstacle_.index)) return;
-    obstacle_ = {stage, index, span, std::move(what), connectors};
+    obstacle_ = {stage, index, span, std::move(what), connectors, {}};
+  }
+
+  /// Adds the value for which a pair failed to the obstacle, if the pair came as far as that one: a
+  /// value that is misspelt in the condition is seen beside the one that was meant.
+  void AddValue(int index, const std::string& value) {
+    constexpr size_t kMostValues = 3;
+    std::vector<std::string>& values = obstacle_.values;
+    // One value is told of "a's c" and, where the other connector is called otherwise, of "c".
+    const auto same = [&](const std::string& known) {
+      return known.ends_with(value) || value.ends_with(known);
+    };
+    if (obstacle_.stage == 0 && obstacle_.index == index && values.size() < kMostValues &&
+        std::ranges::none_of(values, same)) {
+      values.push_back(value);
+    }
   }
 
   /// Specialises, infers, removes what overlaps and numbers what is left, for one pair of
@@ -167,8 +184,8 @@ class ConnectionSolver {
     if (terms.terms.empty()) {
       std::string why = ExplainBrokenAttributes(*terms.broken, a, b);
       Raise(0, terms.broken_index, terms.broken->span,
-            fmt::format("this condition removed the last pairs of connectors ({})", why),
-            {index_a, index_b});
+            "this condition removed the last pairs of connectors", {index_a, index_b});
+      AddValue(terms.broken_index, why);
       Reject(index_a, index_b, std::move(why), terms.broken->span);
       return;
     }
@@ -353,7 +370,9 @@ class ConnectionSolver {
         problem_.span, fmt::format("connection '{}' leaves no way to join '{}' and '{}'",
                                    problem_.name, type_a_.name, type_b_.name));
     if (obstacle_.stage < 0) return;
-    error.notes.push_back({obstacle_.span, obstacle_.what});
+    const std::string values =
+        obstacle_.values.empty() ? "" : fmt::format(" ({})", fmt::join(obstacle_.values, "; "));
+    error.notes.push_back({obstacle_.span, obstacle_.what + values});
     error.hint = WhyHint(type_a_.connectors[obstacle_.connectors.first].name,
                          type_b_.connectors[obstacle_.connectors.second].name);
   }

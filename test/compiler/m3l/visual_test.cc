@@ -134,6 +134,15 @@ TEST(MeshLimitTest, WhatWouldTakeTheLibraryLongIsRefusedBeforehand) {
   EXPECT_EQ(why("a.gltf", chain + "{}]}"), "mesh 'a.gltf' has more than 10000 nodes");
 }
 
+TEST(MeshFormatTest, BytesOfNoReaderAreNoFileOfTheNamesKind) {
+  for (const char* name : {"a.gltf", "a.glb"}) {
+    const Result<MeshTriangles> mesh = ParseAnyMesh(name, "{}");
+    ASSERT_FALSE(mesh);
+    EXPECT_EQ(mesh.error().message,
+              fmt::format("mesh '{}' is no glTF file, which its name says it is", name));
+  }
+}
+
 /// A binary STL of a strip of this many triangles that share no side with the one after the next.
 std::string StripOf(size_t triangles) {
   std::string bytes(80, ' ');
