@@ -224,6 +224,12 @@ class Running(Case):
         chosen = looked('seen/m[12]/STATUS', 1, lambda spy: len(shown(spy)) >= 2)
         self.assertEqual(shown(chosen), ['seen/m1/STATUS', 'seen/m2/STATUS'])
         self.assertIn('no regular expression', morphbus('spy', '--channel', '(', status=2).stderr)
+        # What matches nothing is told, in text and beside JSON.
+        for options in ((), ('--json',)):
+            said = morphbus('spy', '--once', '--channel', 'm1/ACT', *options).stderr
+            self.assertIn('--channel m1/ACT: heard nothing on such a channel; the pattern must match the whole name', said)
+        self.assertNotIn('heard nothing', morphbus('spy', '--once', '--channel', '.*/SIM/CLOCK', '--seconds', 5).stderr)
+        self.assertIn('expected more than 0 seconds', morphbus('spy', '--once', '--seconds', 0, status=2).stderr)
 
 
 class BadInput(Case):
@@ -269,6 +275,15 @@ class BadInput(Case):
         self.assertEqual(summary['problems'], answer['problems'])
         said = morphbus('run', *of, '--seconds', 1, '--inproc', '--log', self.folder / 'x.log', status=1).stdout
         self.assertIn(f'problem: m1: not Hermit: a requirement fails ({program}:2: require sizeof(self.connected) == 9;), measured 1 against 9', said)
+
+    def test_a_program_whose_roles_are_all_abstract_gives_none(self):
+        program = self.folder / 'abstract.dyn'
+        program.write_text('abstract role Base extends Module {\n  behavior b() {\n    self.sleepds(1);\n  }\n}\n')
+        of = (MODEL, program, '--robot', 'quadruped')
+        answer = as_json('roles', *of, status=1)
+        self.assertEqual(answer['problems'][0], 'm1: all roles of the program are abstract, so it can take none')
+        summary = as_json('run', *of, '--seconds', 0.5, '--inproc', '--no-log', status=1)
+        self.assertEqual((summary['error'], summary['problems']), (None, answer['problems']))
 
     def test_a_damaged_image_is_refused(self):
         image = self.folder / 'x.image'

@@ -16,6 +16,7 @@
 #include "tools/roles/role_explanation.h"
 #include "vm/image/disassembler.h"
 #include "vm/image/fault_text.h"
+#include "vm/image/image_texts.h"
 #include "vm/vm.h"
 
 namespace morphbus::tools {
@@ -117,6 +118,10 @@ class RoleWriter {
       problems->push_back({module.instance->name() + ": " + why, why, {}});
       return;
     }
+    if (vm::PlayableRoles(program_).empty()) {
+      const char* why = "all roles of the program are abstract, so it can take none";
+      problems->push_back({module.instance->name() + ": " + why, why, {}});
+    }
     for (int r = 0; r < program_.num_roles(); ++r) {
       if (program_.role(r).abstract_role) continue;
       if (std::optional<RoleProblem> problem = WhyNot(module, r)) {
@@ -209,10 +214,7 @@ Result<StaticRoles> SettleRoles(const RunPlan& plan, const Situation* situation)
 bool HasRoles(const RunPlan& plan) {
   const Result<std::unique_ptr<vm::VerifiedProgram>> program =
       VerifyProgram(plan.description.program_image());
-  for (int r = 0; program && r < (*program)->num_roles(); ++r) {
-    if (!(*program)->role(r).abstract_role) return true;
-  }
-  return false;
+  return program && (*program)->num_roles() > 0;
 }
 
 }  // namespace morphbus::tools

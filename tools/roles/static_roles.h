@@ -65,8 +65,8 @@ struct StaticRoles {
 /// are silent have neither role nor problems.
 Result<StaticRoles> SettleRoles(const RunPlan& plan, const Situation* situation = nullptr);
 
-/// Whether the program has a role that a module could take, that is, one that is not abstract.
-/// False for a damaged image.
+/// Whether the program has roles, also if all are abstract, so that no module can take any. False
+/// for a damaged image.
 bool HasRoles(const RunPlan& plan);
 
 }  // namespace morphbus::tools
