@@ -208,6 +208,32 @@ class Rerun(ShortRun):
         self.assertIn('    in Counter.twice, count.dyn:12: n = 1\n    in Counter.count, count.dyn:6: i = 1\n  field sum = 1 (int)\n', said)
         self.assertIn('no task of m1 came to line 99', morphbus('replay', log, '--into', 'm1', '--break', 99).stderr)
 
+    def test_a_loop_shows_its_neighbour_by_the_connector_and_nothing_of_the_compiler(self):
+        program = self.folder / 'ask.dyn'
+        program.write_text('role Asking extends Module {\n'
+                           '  shared told = 1;\n'
+                           '  behavior ask() {\n'
+                           '    var best = 0;\n'
+                           '    for (n in self.connected($ANY, $Asking)) {\n'
+                           '      best += n.told;\n'
+                           '    }\n'
+                           '    self.sleepds(best);\n'
+                           '  }\n'
+                           '}\n')
+        log = self.folder / 'ask.log'
+        snake = SOURCE / 'models' / 'mtran_robots.m3l'
+        morphbus('run', snake, program, '--robot', 'snake', '--seconds', 1, '--log', log, '--inproc')
+        docked = {end['connector'] for pair in as_json('graph', snake, '--robot', 'snake')['connections']
+                  for end in (pair['a'], pair['b']) if end['module'] == 'm2'}
+        found = as_json('replay', log, '--into', 'm2', '--break', 6)['breaks']
+        rounds = [{v['name']: v['value'] for v in b['calls'][0]['locals']} for b in found]
+        self.assertEqual({name for names in rounds for name in names}, {'best', 'n'})
+        self.assertEqual({names['n'] for names in rounds}, docked)
+        steps = as_json('replay', log, '--into', 'm2', '--at', found[0]['seconds'], '--steps', 'lines')['steps']
+        told = [step['changed']['local n'] for step in steps if 'local n' in step['changed']]
+        self.assertEqual(set(told), docked | {'none'})
+        self.assertFalse([step for step in steps if 'local neighbours' in step['changed']])
+
     def test_what_cannot_be_is_refused(self):
         for options, said in ((['--into', 'm99'], 'expected a module of the run, m1, m2'),
                               (['--at', 1], '--at needs --into MODULE'),

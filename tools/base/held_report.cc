@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "compiler/base/quantity.h"
 #include "compiler/base/text.h"
 #include "vm/image/fault_text.h"
+#include "vm/image/image_texts.h"
 
 namespace morphbus::tools {
 namespace {
@@ -12,20 +14,41 @@ namespace {
 constexpr const char* kWaits[] = {"nothing", "the next tick", "a time", "a joint"};
 
 /// A task with its calls, the innermost first.
-Json TaskJson(const bridge::HeldTask& task, const vm::SourceFiles& files) {
+Json TaskJson(const bridge::HeldTask& task, const vm::SourceFiles& files,
+              const std::vector<std::string>& connectors) {
   Json calls = Json::array();
   for (const bridge::HeldCall& call : task.calls) {
     const vm::SourcePlace place = files.Of(call.line);
     calls.push_back({{"function", call.function},
                      {"file", place.file},
                      {"line", place.line},
-                     {"locals", LocalsJson(call.locals)}});
+                     {"locals", LocalsJson(LocalsForPeople(call.locals, connectors))}});
   }
   Json json = {{"kind", vm::TaskKindName(task.kind)}, {"routine", task.routine}};
   // What it waits for stands beside the other members, not in an object of its own.
   json.update(WaitJson(task.wait, task.until_us, task.joint));
   json["calls"] = calls;
   return json;
+}
+
+/// Whether the compiler has added the local: what a switch looks at, or the neighbours to which a
+/// loop has still to come. The notes of an image tell it by its name alone; a program can name no
+/// variable `switch`, and one of this type only in the head of a loop.
+bool IsHidden(const bridge::HeldValue& local) {
+  return local.name == "switch" ||
+         (local.name == "neighbours" && local.type == vm::InfoOf(vm::ValueType::kSet).word);
+}
+
+/// "c1 and c2": a set of neighbours, a bit for each connector, as held: a number.
+std::string NeighboursText(const std::string& held, const std::vector<std::string>& connectors) {
+  const std::optional<int32_t> bits = ReadNumber<int32_t>(held);
+  if (!bits) return held;
+  std::string text;
+  for (size_t c = 0; c < connectors.size(); ++c) {
+    const bool in_set = (static_cast<uint32_t>(*bits) >> c & 1) != 0;
+    if (in_set) text += (text.empty() ? "" : " and ") + connectors[c];
+  }
+  return text.empty() ? "none" : text;
 }
 
 }  // namespace
@@ -63,9 +86,31 @@ Json LocalsJson(const std::vector<bridge::HeldValue>& locals) {
   return json;
 }
 
-Json TasksJson(const std::vector<bridge::HeldTask>& tasks, const vm::SourceFiles& files) {
+std::vector<std::string> ConnectorNames(const vm::VerifiedKinematics& kinematics) {
+  std::vector<std::string> names;
+  for (int c = 0; c < kinematics.num_connectors(); ++c) {
+    names.push_back(ToString(kinematics.connector(c).name));
+  }
+  return names;
+}
+
+std::vector<bridge::HeldValue> LocalsForPeople(std::vector<bridge::HeldValue> locals,
+                                               const std::vector<std::string>& connectors) {
+  for (bridge::HeldValue& local : locals) {
+    if (local.value.empty()) continue;
+    if (IsHidden(local)) {
+      local.value.clear();
+    } else if (local.type == vm::InfoOf(vm::ValueType::kSet).word) {
+      local.value = NeighboursText(local.value, connectors);
+    }
+  }
+  return locals;
+}
+
+Json TasksJson(const std::vector<bridge::HeldTask>& tasks, const vm::SourceFiles& files,
+               const std::vector<std::string>& connectors) {
   Json json = Json::array();
-  for (const bridge::HeldTask& task : tasks) json.push_back(TaskJson(task, files));
+  for (const bridge::HeldTask& task : tasks) json.push_back(TaskJson(task, files, connectors));
   return json;
 }
 

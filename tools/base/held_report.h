@@ -8,6 +8,7 @@
 
 #include "bridge/wire/held_state.h"
 #include "tools/base/json.h"
+#include "vm/image/kinematics_image.h"
 #include "vm/image/source_places.h"
 
 namespace morphbus::tools {
@@ -26,10 +27,20 @@ Json FieldsJson(const std::vector<bridge::HeldValue>& fields);
 /// Locals in their order, each with its "name", "type" and "value"; none that has no value yet.
 Json LocalsJson(const std::vector<bridge::HeldValue>& locals);
 
+/// The names of a module type's connectors, in their order.
+std::vector<std::string> ConnectorNames(const vm::VerifiedKinematics& kinematics);
+
+/// Locals as held, for people: without a value those that the compiler has added for itself, and a
+/// set of neighbours by the connectors on which they are docked: "c1 and c2", or "none".
+std::vector<bridge::HeldValue> LocalsForPeople(std::vector<bridge::HeldValue> locals,
+                                               const std::vector<std::string>& connectors);
+
 /// Tasks, each with its "kind", "routine", what it waits for (WaitJson) and its "calls", the
 /// innermost first: "function", "file" (empty if unknown), "line" and "locals".
-/// @param files  those of the program, of which the tasks tell lines
-Json TasksJson(const std::vector<bridge::HeldTask>& tasks, const vm::SourceFiles& files);
+/// @param files       those of the program, of which the tasks tell lines
+/// @param connectors  of the module's type, by name (LocalsForPeople)
+Json TasksJson(const std::vector<bridge::HeldTask>& tasks, const vm::SourceFiles& files,
+               const std::vector<std::string>& connectors);
 
 /// The same for people: a line for each field.
 std::string FieldsText(const Json& fields);

@@ -8,6 +8,7 @@
 #include "bridge/description/run_model.h"
 #include "bridge/observe/process_state.h"
 #include "tools/base/held_report.h"
+#include "tools/base/messages.h"
 #include "tools/base/program.h"
 
 namespace morphbus::tools {
@@ -56,7 +57,7 @@ Json InspectionJson(const std::string& module, const model::ModuleType& type,
           {"conventions", conventions},
           {"program", program.own()},
           {"fields", FieldsJson(inspection.held.fields)},
-          {"tasks", TasksJson(inspection.held.tasks, program)}};
+          {"tasks", TasksJson(inspection.held.tasks, program, NamesOf(type.connectors))}};
 }
 
 Json InspectionsOf(const logger::RunLog& log) {

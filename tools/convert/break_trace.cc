@@ -44,7 +44,7 @@ void BreakTrace::Take(const logger::ComputedStep& step) {
   held.calls.front().line = line_;
   held.calls.front().locals =
       bridge::ReadLocals(step.program, step.kinematics, frame, frame.pc, step.task.stack.cells);
-  const Json task = TasksJson({held}, files_).front();
+  const Json task = TasksJson({held}, files_, ConnectorNames(step.kinematics)).front();
   moments_.push_back(
       // The keys are those of docs/cli.md, in its order; `calls` begins with the innermost.
       {{"tick", step.input.tick},

@@ -125,7 +125,8 @@ Json KnownAfter(const logger::ComputedTick& tick) {
   known["program"] = ToString(tick.program.source_name());
   known["fields"] = FieldsJson(held.fields);
   known["joints"] = JointsJson(tick);
-  known["tasks"] = TasksJson(held.tasks, vm::SourceFiles(tick.program));
+  known["tasks"] =
+      TasksJson(held.tasks, vm::SourceFiles(tick.program), ConnectorNames(tick.kinematics));
   return known;
 }
 

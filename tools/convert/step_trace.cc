@@ -76,8 +76,9 @@ StepTrace::Moment StepTrace::MomentOf(const logger::ComputedStep& step) {
     now.function = frame.function;
     now.pc = frame.pc;
     now.line = step.program.LineOf(frame.function, frame.pc);
-    now.locals =
-        bridge::ReadLocals(step.program, step.kinematics, frame, frame.pc, step.task.stack.cells);
+    now.locals = LocalsForPeople(
+        bridge::ReadLocals(step.program, step.kinematics, frame, frame.pc, step.task.stack.cells),
+        ConnectorNames(step.kinematics));
   }
   now.fields = bridge::ReadFields(step.program, step.kinematics, step.state.role);
   return now;
