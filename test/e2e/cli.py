@@ -64,6 +64,13 @@ class Cli(Case):
         done = morphbus(*robot, '--seconds', '2 sec', status=2)
         self.assertIn("--seconds: expected seconds, such as 2.5, 2.5s or 200ms, not '2 sec'", done.stderr)
 
+    def test_what_is_no_number_is_told_what_was_expected(self):
+        for option, text, expected in (('--friction', 'x', 'a number'), ('--repeat', '2.5', 'a whole number below 2^31'),
+                                       ('--repeat', '99999999999', 'a whole number below 2^31'), ('--processes', 'x', 'a whole number below 2^31'),
+                                       ('--random-seed', '-1', 'a whole number, 0 or more and below 2^64')):
+            done = morphbus('run', MODEL, PROGRAM, f'{option}={text}', status=2)
+            self.assertIn(f"{option}: expected {expected}, not '{text}' (see morphbus run --help)", done.stderr)
+
     def test_raw_joint_values_may_have_their_unit(self):
         links = [as_json('fk', MODEL, '--robot', 'quadruped', '--set', f'm1.joint_1={value}')['links']
                  for value in ('0.5', '0.5rad')]
@@ -291,9 +298,9 @@ class Cli(Case):
         self.assertIn('will not run alike', done.stderr)
         for seed in ('-1', '18446744073709551616', '1.5'):
             said = morphbus('variants', MODEL, '--robot', 'quadruped', f'--seed={seed}', status=2).stderr
-            self.assertIn('a seed is a whole number', said)
+            self.assertIn('expected a whole number, 0 or more', said)
             said = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', f'--seed={seed}', status=2).stderr
-            self.assertIn('a seed is a whole number', said)
+            self.assertIn('expected a whole number, 0 or more', said)
 
     def test_roles_settle_without_moving(self):
         answer = as_json('roles', MODEL, PROGRAM, '--robot', 'quadruped')

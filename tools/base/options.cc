@@ -4,6 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstddef>
+#include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "compiler/base/quantity.h"
@@ -231,10 +233,43 @@ Option& Option::Range(int least, int most) {
 
 bool Option::given() const { return option_->count() > 0; }
 
+namespace {
+
+/// The number in an option that may be left out, or the number itself.
+template <typename Value>
+struct NumberIn {
+  using Type = Value;
+};
+template <typename Value>
+struct NumberIn<std::optional<Value>> {
+  using Type = Value;
+};
+
+/// What is wrong with the text of a number, which CLI11 does not say; "" if nothing is.
+template <typename Number>
+std::string WhyNoNumber(const std::string& text) {
+  if constexpr (std::is_integral_v<Number>) {
+    // CLI11 takes -1 and what is too large for the largest number of the type.
+    if (ReadNumber<Number>(text)) return "";
+    return fmt::format("expected a whole number{} below 2^{}, not '{}'",
+                       std::is_unsigned_v<Number> ? ", 0 or more and" : "",
+                       std::numeric_limits<Number>::digits, text);
+  } else {
+    Number number = 0;
+    return CLI::detail::lexical_cast(text, number) ? "" : "expected a number, not '" + text + "'";
+  }
+}
+
+}  // namespace
+
 template <typename Value>
 Option Subcommand::Add(const std::string& names, Value* target, const std::string& what) {
   // CLI11 picks the parser by the type of the target.
   CLI::Option* option = app_->add_option(names, *target, what);
+  using Number = typename NumberIn<Value>::Type;
+  if constexpr (std::is_arithmetic_v<Number> && !std::is_same_v<Number, bool>) {
+    option->check(CLI::Validator([](std::string& text) { return WhyNoNumber<Number>(text); }, ""));
+  }
   // The name of a positional argument says what it is, so that "TEXT" behind it would say nothing.
   if (option->get_positional()) option->type_name("");
   return Option(option);
@@ -274,11 +309,7 @@ Option Subcommand::Json(bool* target) {
 }
 
 Option Subcommand::Seed(uint64_t* target, const std::string& what) {
-  // The text is parsed once more here: CLI11 takes -1 for the largest unsigned number.
-  const auto check = [](const std::string& text) {
-    return std::string(ReadNumber<uint64_t>(text) ? "" : "a seed is a whole number, 0 to 2^64 - 1");
-  };
-  return Option(app_->add_option("--seed", *target, what)->check(CLI::Validator(check, "")));
+  return Add("--seed", target, what);
 }
 
 Subcommand Subcommand::Command(const std::string& name, const std::string& what) {
