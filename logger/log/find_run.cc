@@ -20,7 +20,10 @@ std::string WhyNoRun(const std::string& path, const EventLogReader& reader) {
   if (reader.file_size() == 0) return path + " is empty";
   // Of a compressed file that cannot be decompressed, the reason is in its first finding.
   const bool told = reader.compressed() && !reader.findings().empty();
-  return path + " holds no run of modules" + (told ? ": " + reader.findings().front().what : "");
+  const std::string no_run = path + " holds no run of modules";
+  if (told) return no_run + ": " + reader.findings().front().what;
+  const std::string no_log = reader.WhyNoLog();
+  return no_log.empty() ? no_run : no_log;
 }
 
 std::optional<std::string> FindRun(EventLogReader* reader) {

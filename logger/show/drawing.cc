@@ -240,12 +240,15 @@ Result<Raster> RenderRaster(const Drawing& drawing, double ratio) {
   return raster;
 }
 
+Result<void> CheckPictureName(const std::string& name) {
+  if (name.ends_with(".svg") || name.ends_with(".png")) return {};
+  return Fail(name + ": a picture's name ends in .svg or .png");
+}
+
 Result<std::string> RenderPicture(const Drawing& drawing, const std::string& name) {
+  if (Result<void> named = CheckPictureName(name); !named) return Fail(named.error().message);
   // Only the suffix counts: the caller decides where the bytes go.
   const bool svg = name.ends_with(".svg");
-  if (!svg && !name.ends_with(".png")) {
-    return Fail(name + ": a picture's name ends in .svg or .png");
-  }
   if (drawing.panels.empty()) return Fail(name + ": there is nothing to draw");
   std::string bytes;
   const cairo_status_t status = Render(drawing, Arrange(drawing), svg, &bytes);

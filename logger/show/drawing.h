@@ -135,6 +135,8 @@ struct Raster {
 /// Draws with `ratio` pixels to each unit of the drawing, antialiased. Fails as RenderPicture does.
 Result<Raster> RenderRaster(const Drawing& drawing, double ratio);
 
+/// Fails if the suffix of `name` is that of no picture (.svg or .png).
+Result<void> CheckPictureName(const std::string& name);
 /// The bytes of a picture file, of the kind that the suffix of `name` says (.svg or .png); nothing
 /// is written. Fails on another suffix, a drawing without panels, or one that cairo cannot draw, as
 /// when it is too large.

@@ -78,11 +78,17 @@ class Logs(ShortRun):
                                ((self.short, '--at', '1e300'), 'the log ends at 1.98'),
                                ((self.short, '--at', 1, '--robot', 'quadruped'), 'leave --robot out'),
                                ((self.short, '--at', 1, '--module', 'MTRAN'), 'leave them out'),
+                               ((self.short, '--at', 1, '--number', 3), '--number and --program draw from a model'),
+                               ((self.short, '--at', 1, '--fps', 30), '--fps is of a video'),
+                               ((MODEL, '--robot', 'quadruped', '--fps', 30), '--fps is of a video'),
+                               ((MODEL, '--at', 1), f'{MODEL} holds no sound event: it is no log'),
                                ((MODEL, '--robot', 'quadruped', '--run', 'x'), 'needs --at')):
             said = self.refused('draw', *arguments, '-o', picture)
             self.assertIn(why, said)
             self.assertEqual(said.count('\n'), 1, said)
             self.assertFalse(picture.exists())
+        # A file that no picture may be called like is not offered to be written over.
+        self.assertRegex(self.refused('draw', self.short, '--at', 1, '-o', MODEL), "error: .*: a picture's name ends in .svg or .png\n$")
         widths = []
         for width in (300, 500):
             morphbus('draw', self.short, '--at', 1, '--width', width, '-o', picture)

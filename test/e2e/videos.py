@@ -130,6 +130,11 @@ class Videos(ShortRun):
         self.assertIn('two names of one picture', said)
         self.assertIn('which picture to write?', self.refused('draw', self.short, '--video'))
 
+    def test_a_log_that_ends_before_is_not_the_fault_of_the_video(self):
+        for ending in ('webp', 'gif', 'mp4'):
+            said = self.refused('draw', self.short, '--video', '--from', 50, '-o', self.folder / f'x.{ending}')
+            self.assertEqual(said, 'morphbus: error: the log ends at 1.98 s, before 50 s\n')
+
     def test_names_that_are_no_videos_and_files_of_others_are_refused(self):
         for name in ('x.avi', 'x.svg', 'x'):
             self.assertIn("a video's name ends in .mp4, .gif or .webp", self.refused('draw', self.short, '--video', '-o', self.folder / name))

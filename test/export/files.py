@@ -124,6 +124,8 @@ class Files(Case):
         user.write_text('import "in.m3l"\n')
         link = self.folder / 'link'
         link.symlink_to('in.m3l')
+        picture = self.folder / 'link.svg'
+        picture.symlink_to('in.m3l')
         program = self.folder / 'walk.dyn'
         program.write_text((SOURCE / 'models/programs/quadruped.dyn').read_text())
         keywords = self.folder / 'mtran.xml'
@@ -138,7 +140,7 @@ class Files(Case):
                 (MORPHBUS, 'export', user, *robot, '--to', 'c', '-o', self.folder / 'in.c'),  # Its header.
                 (*compiled, '--model', user, '-o', program), (*compiled, '--model', user, '-o', model),
                 (*compiled, '--keywords', keywords, '-o', keywords),
-                (MORPHBUS, 'graph', user, *robot, '--dot', model), (MORPHBUS, 'draw', user, *robot, '-o', model),
+                (MORPHBUS, 'graph', user, *robot, '--dot', model), (MORPHBUS, 'draw', user, *robot, '-o', picture),
                 (MORPHBUS, 'variants', user, *robot, '-o', link),
                 (MORPHBUS, 'run', model, program, *robot, '--seconds', 1, '--inproc', '--log', program)):
             with self.subTest(' '.join(map(str, command[1:]))):
@@ -148,8 +150,10 @@ class Files(Case):
                 self.assertEqual({path: path.read_bytes() for path in self.folder.iterdir()}, files)
         log = self.folder / 'run.log'
         log.write_text('anything')
+        picture = self.folder / 'run.svg'
+        picture.symlink_to('run.log')
         for command in ((MORPHBUS, 'compare', log, log, '--report', log),
-                        (MORPHBUS, 'draw', log, '--at', 0, '-o', log)):
+                        (MORPHBUS, 'draw', log, '--at', 0, '-o', picture)):
             self.assertIn('this command reads that file', run(command, status=2).stderr)
         self.assertEqual(log.read_text(), 'anything')
 
@@ -299,10 +303,12 @@ class Files(Case):
                 ('step', ('--robot', 'quadruped'), 'expected one of'),
                 ('urdf', (), 'choose one with --robot'),
                 ('urdf', ('--robot', 'quadrupd'), "did you mean 'quadruped'"),
-                ('c', ('--module', 'MTRN'), "--module 'MTRN' (did you mean 'MTRAN'?)"),
-                ('c', ('--module', 'ATRON'), 'expected one of MTRAN')):
+                ('c', ('--module', 'MTRN'), "no module 'MTRN' (did you mean 'MTRAN'?)"),
+                ('c', ('--module', 'ATRON'), "no module 'ATRON'; it has MTRAN")):
             self.assertIn(words, export(to, path, *of, status=2).stderr)
             self.assertFalse(path.exists())
+        several = export('kinematics', path, model=SOURCE / 'models' / 'revolve2.m3l', status=2).stderr
+        self.assertIn('the model has several modules; choose one with --module: CORE, ', several)
         self.assertIn('cannot', export('urdf', '/nowhere/at/all/x.urdf', '--robot', 'quadruped', status=2).stderr)
 
 

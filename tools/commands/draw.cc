@@ -31,7 +31,7 @@ struct DrawOptions {
   std::optional<double> at;  ///< Sim time of a log, seconds.
   int strip = 0;             ///< So many moments beside each other; 0: none.
   bool video = false;
-  int fps = 10;
+  int fps = 0;               ///< Of a video; 0: the default.
   double from = 0.0;         ///< Sim times between which a strip or a video lies, seconds.
   std::optional<double> to;  ///< None: the log's end.
   int width = 0;  ///< Of each view, in units of an SVG; 0: as each kind of picture has it.
@@ -85,7 +85,9 @@ int DrawOfModel(const DrawOptions& options, const std::vector<logger::View>& vie
 int DrawInMotion(const DrawOptions& options, const std::vector<logger::View>& views,
                  const logger::LogPictures& pictures) {
   WorkProgress progress;
-  const VideoOptions video = {options.fps, options.width, {options.from, options.to}, views};
+  constexpr int kDefaultFps = 10;
+  const int fps = options.fps > 0 ? options.fps : kDefaultFps;
+  const VideoOptions video = {fps, options.width, {options.from, options.to}, views};
   const Result<void> written = WriteVideo(
       pictures, video, options.output, [&](double share) { progress.Show(options.output, share); });
   return written ? kDone : Unusable(written.error().message);
@@ -148,8 +150,9 @@ std::string WhyNotOfLog(const ModelPicture& model) {
   }
   if (!model.module.empty() || !model.program.empty() || !model.connection.empty() ||
       model.number > 0) {
-    return "--module, --connection and --program draw from a model; a log has a robot and roles of "
-           "its own: leave them out";
+    return "--module, --connection, --number and --program draw from a model; a log has a robot "
+           "and "
+           "roles of its own: leave them out";
   }
   if (!model.world.empty()) {
     return "--world stands beside a model's robot; a log has its own world: leave --world out";
@@ -186,6 +189,19 @@ std::string WhyNotOfModel(const DrawOptions& options) {
   return "";
 }
 
+/// Why the picture's name does not do; empty if it does. The kind of picture is its name's, so that
+/// name and --video must agree.
+std::string WhyNotName(const DrawOptions& options) {
+  const std::string& name = options.output;
+  const bool video = VideoKindOf(name) != nullptr;
+  if (options.video != video) {
+    return name + (options.video ? ": a video's name ends in .mp4, .gif or .webp"
+                                 : ": this is the name of a video: add --video");
+  }
+  const Result<void> picture = video ? Result<void>() : logger::CheckPictureName(name);
+  return picture ? "" : picture.error().message;
+}
+
 /// Why the options do not go together; empty if they do.
 std::string WhyNotTogether(const DrawOptions& options) {
   if (const std::string why = WhyNotTimes(options); !why.empty()) return why;
@@ -193,11 +209,9 @@ std::string WhyNotTogether(const DrawOptions& options) {
   if ((options.at ? 1 : 0) + (options.strip > 0 ? 1 : 0) + (options.video ? 1 : 0) > 1) {
     return "--at, --strip and --video are three pictures: choose one of them";
   }
-  // The kind of picture is its name's, so that name and --video must agree.
-  const bool video = VideoKindOf(options.output) != nullptr;
-  if (options.video != video) {
-    return options.video ? options.output + ": a video's name ends in .mp4, .gif or .webp"
-                         : options.output + ": this is the name of a video: add --video";
+  if (const std::string why = WhyNotName(options); !why.empty()) return why;
+  if (options.fps > 0 && !options.video) {
+    return "--fps is of a video: add --video, or leave --fps out";
   }
   return OfLog(options) ? WhyNotOfLog(options.model) : WhyNotOfModel(options);
 }

@@ -30,7 +30,11 @@ Result<void> WriteVideo(const logger::LogPictures& pictures, const VideoOptions&
   }
   Result<std::unique_ptr<OutputFile>> file = OutputFile::Create(path);
   if (!file) return Fail(file.error().message);
-  if ((*file)->file() < 0) return Fail(path + ": a video can only be written to a file");
+  // What is wrong with the log does not name the video.
+  const auto named = [&path](const Result<void>& done) {
+    return done ? done : Fail(path + ": " + done.error().message);
+  };
+  if ((*file)->file() < 0) return named(Fail("a video can only be written to a file"));
   VideoFormat format;
   format.kind = path.ends_with(".gif") ? VideoFormat::Kind::kGif : VideoFormat::Kind::kMp4;
   format.fps = fps;
@@ -43,15 +47,15 @@ Result<void> WriteVideo(const logger::LogPictures& pictures, const VideoOptions&
           format.width = frame.width;
           format.height = frame.height;
           auto started = VideoEncoder::Start(format, (*file)->file());
-          if (!started) return Fail(started.error().message);
+          if (!started) return named(Fail(started.error().message));
           encoder = std::move(*started);
         }
-        return encoder->Add(frame.rgba);
+        return named(encoder->Add(frame.rgba));
       },
       progress);
   // There is a first frame always, so that an encoder is there if nothing has failed.
-  const Result<void> encoded = drawn ? encoder->Finish() : drawn;
-  if (!encoded) return Fail(path + ": " + encoded.error().message);
+  const Result<void> encoded = drawn ? named(encoder->Finish()) : drawn;
+  if (!encoded) return encoded;
   return (*file)->Close();
 }
 

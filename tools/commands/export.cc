@@ -62,17 +62,6 @@ const ExportFormat* PickFormat(const ExportOptions& options) {
   return nullptr;
 }
 
-/// The module type by name (the only one if `name` is empty); says why there is none.
-std::optional<int> PickModuleType(const model::Model& model, const std::string& name) {
-  const std::vector<std::string> names = NamesOf(model.module_types);
-  const auto found = std::ranges::find(names, name);
-  if (found != names.end()) return static_cast<int>(found - names.begin());
-  // A model with one module type needs no --module.
-  if (name.empty() && names.size() == 1) return 0;
-  return Refuse(fmt::format("--module '{}'{}: expected one of {}", name, DidYouMean(name, names),
-                            fmt::join(names, ", ")));
-}
-
 /// Webots looks for the controllers of worlds/x.wbt in controllers/ beside worlds/.
 std::string ControllersFolder(const std::string& output) {
   const fs::path folder = fs::absolute(output).parent_path();
@@ -108,10 +97,10 @@ std::optional<emit::Exported> Make(const model::Model& model, const ExportFormat
       model, nullptr, -1, "", options.mesh_prefix, ControllersFolder(options.output), "", {}};
   model::Robot module;
   if (format.of == Of::kModule || !options.module.empty()) {
-    const std::optional<int> type = PickModuleType(model, options.module);
-    if (!type) return std::nullopt;
-    module = emit::ModuleAsRobot(model, *type);
-    request.type = *type;
+    const model::ModuleType* type = PickByName(model.module_types, options.module, "module");
+    if (type == nullptr) return std::nullopt;
+    request.type = static_cast<int>(type - model.module_types.data());
+    module = emit::ModuleAsRobot(model, request.type);
     request.robot = &module;
   } else if (format.of != Of::kFile) {
     request.robot = PickRobot(model, options.robot);
