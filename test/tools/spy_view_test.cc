@@ -197,6 +197,8 @@ TEST_F(SpyViewTest, TheFilterTakesWordsInAnyOrder) {
   Type("2");
   Press(Code::kEnter);
   EXPECT_TRUE(Has("filter 'status M2'  10 of 40 channels  345.0 msg/s")) << Text();
+  // Rates give way to what was lost.
+  EXPECT_TRUE(Has("10 of 40 channels  0 lost  0 undecodable", 65)) << Text(65);
   EXPECT_EQ(ListedChannels(spy_, ui_).size(), 10u);
   // The first of them is the selected one now.
   EXPECT_NE(Selected().find("m20"), std::string::npos) << Text();
@@ -280,7 +282,8 @@ TEST_F(SpyViewTest, AModulesPageTellsWhatFaultsHaveEnded) {
 TEST_F(SpyViewTest, AChannelsPageHasItsFieldsWithHistories) {
   FieldHistory history;
   for (int i = 0; i < 8; ++i) {
-    history.Take(FieldsOf({{"hip_rad", 0.1 * i}, {"mode", 3}, {"name", "left"}}));
+    history.Take(FieldsOf(
+        {{"hip_rad", 0.1 * i}, {"mode", 3}, {"name", "left"}, {"us", 1795994608511400 + i}}));
   }
   fields_.history = &history;
   Press(Code::kEnter);
@@ -289,6 +292,7 @@ TEST_F(SpyViewTest, AChannelsPageHasItsFieldsWithHistories) {
   EXPECT_NE(text.find("10.00 Hz  period 20ms  jitter 12µs p50, 80µs p99"), std::string::npos);
   EXPECT_NE(text.find("▁▂▃▄▅▆▇█"), std::string::npos) << text;
   EXPECT_NE(text.find("\"left\""), std::string::npos);
+  EXPECT_TRUE(Has("1795994608511407", 60)) << Text(60);
   // What never changes has a value and no bars.
   for (const std::string& line : Draw()) {
     if (line.starts_with("mode")) {

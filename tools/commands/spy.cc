@@ -30,7 +30,7 @@ struct SpyOptions {
   RunChoice run;
   std::string channel;
   std::vector<std::string> types;
-  double seconds = 0.0;
+  std::optional<double> seconds;
   double interval = 1.0;
   bool once = false;
   bool json = false;
@@ -42,8 +42,9 @@ int PrintSpy(bridge::LcmTap* tap, SpyTable* table, SpyOptions options,
              const ChannelFilter& selected) {
   // A script gets one table, for it has no screen to redraw; it is of the whole time.
   if (!options.json) options.once = true;
-  if (options.once && options.seconds <= 0) options.seconds = options.interval;
-  if (options.once) options.interval = options.seconds;
+  double seconds = options.seconds.value_or(0.0);
+  if (options.once && seconds <= 0) seconds = options.interval;
+  if (options.once) options.interval = seconds;
   const WallTimer timer;
   for (double next = options.interval; CaughtSignal() == 0;) {
     // Waits at most 50 ms at a time, so that a signal ends it at once.
@@ -59,10 +60,18 @@ int PrintSpy(bridge::LcmTap* tap, SpyTable* table, SpyOptions options,
     // A single object is indented for people; in a stream each object takes one line.
     const std::string text =
         options.json ? JsonText(SpyJson(*table, spy, selected), options.once ? 2 : -1) + "\n"
-                     : SpyText(*table, spy, selected, options.channel);
+                     : SpyText(*table, spy, selected);
     PrintText(text);
     if (FlushResult() != 0) break;  // the reader is gone
-    if (options.seconds > 0 && timer.seconds() >= options.seconds) break;
+    // A channel that was asked for and said nothing would else be missing without a word.
+    const auto shown = [&](const ChannelRow& row) { return selected(row.channel); };
+    if (options.once && !options.channel.empty() && std::ranges::none_of(spy.channels, shown)) {
+      Warn(
+          fmt::format("--channel {}: heard nothing on such a channel; the pattern must match the "
+                      "whole name, as .*/m1/ACTUATOR matches walk/m1/ACTUATOR",
+                      options.channel));
+    }
+    if (seconds > 0 && timer.seconds() >= seconds) break;
     // Counted from the beginning, so that delays of single tables do not add up.
     next += options.interval;
   }
@@ -72,8 +81,12 @@ int PrintSpy(bridge::LcmTap* tap, SpyTable* table, SpyOptions options,
 /// On a terminal the screen, elsewhere text.
 int Spy(const SpyOptions& options) {
   // Not a number fails both of these.
-  if (!std::isfinite(options.seconds) || options.seconds < 0) {
+  const double seconds = options.seconds.value_or(0.0);
+  if (!std::isfinite(seconds) || seconds < 0) {
     return Unusable("--seconds: expected a number, 0 or more");
+  }
+  if (options.once && options.seconds == 0.0) {
+    return Unusable("--once --seconds 0: expected more than 0 seconds, or --once alone for 1 s");
   }
   if (!(options.interval >= 0.05 && options.interval <= 3600)) {
     return Unusable("--interval: expected 0.05 to 3600 seconds");
@@ -109,7 +122,7 @@ int Spy(const SpyOptions& options) {
   if (!description.empty()) table.KnowDescription(description, ArrivalClockNs());
   CatchSignals();
   if (!options.json && !options.once && CanShowScreen()) {
-    SpyScreenOptions screen = {options.run, *url, options.interval, options.seconds, nullptr};
+    SpyScreenOptions screen = {options.run, *url, options.interval, seconds, nullptr};
     if (!options.channel.empty()) screen.open = selected;
     const Result<void> shown = ShowSpyScreen(tap->get(), &table, screen);
     if (shown) return kDone;

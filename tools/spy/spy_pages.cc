@@ -201,7 +201,7 @@ int FieldCount(const ShownFields& fields) {
 Screen FieldLines(const ShownFields& fields, int first, int rows, int width) {
   if (fields.history == nullptr) return {};
   const std::vector<FieldRow>& all = fields.history->fields();
-  // Names get what they need up to the half, values a quarter; the rest is for the history.
+  // Names get what they need up to the half, values a third; the rest is for the history.
   int widest = 5;
   int widest_value = 5;
   for (const FieldRow& field : all) {
@@ -209,7 +209,7 @@ Screen FieldLines(const ShownFields& fields, int first, int rows, int width) {
     if (!field.history.empty()) widest_value = std::max(widest_value, Cells(Visible(field.value)));
   }
   const int name = std::min(widest, std::max(8, width / 2));
-  const int value = std::min(widest_value, std::max(6, width / 4));
+  const int value = std::min(widest_value, std::max(6, width / 3));
   const int bars = width - name - value - 2;
   const int end = std::min(first + rows, static_cast<int>(all.size()));
   Screen lines;

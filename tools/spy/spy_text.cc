@@ -148,8 +148,7 @@ Json SpyJson(const SpyTable& table, const SpySnapshot& spy, const ChannelFilter&
             {"channels_dropped", spy.dropped_channels}}}};
 }
 
-std::string SpyText(const SpyTable& table, const SpySnapshot& spy, const ChannelFilter& selected,
-                    const std::string& pattern) {
+std::string SpyText(const SpyTable& table, const SpySnapshot& spy, const ChannelFilter& selected) {
   std::string out;
   // A line for each run comes first.
   for (const RunRow& run : spy.runs) out += PlainText({RunLine(run)});
@@ -163,14 +162,10 @@ std::string SpyText(const SpyTable& table, const SpySnapshot& spy, const Channel
   for (const ProcessRow& row : spy.processes) processes.push_back(&row);
   if (!processes.empty()) out += "\n" + TableText(ProcessTableText(processes, spy.runs.size() > 1));
   // The decoded messages, one line a field.
-  bool any = false;
   for (const ChannelRow* row : channels) {
     if (!selected(row->channel)) continue;
-    any = true;
     out += "\n" + Visible(row->channel) + ":\n" + PlainText(MessageLines(table, row->channel));
   }
-  // A channel that was asked for and said nothing would else be missing without a word.
-  if (!any && !pattern.empty()) out += "\n" + pattern + ": nothing heard\n";
   return out;
 }
 

@@ -20,9 +20,7 @@ using ChannelFilter = std::function<bool(const std::string&)>;
 Json SpyJson(const SpyTable& table, const SpySnapshot& spy, const ChannelFilter& selected);
 
 /// The same as text without limit of width and height: channels, modules, then the fields of the
-/// selected channels. `pattern` is what selected them ("" if nothing did); if it selected none, the
-/// text says so.
-std::string SpyText(const SpyTable& table, const SpySnapshot& spy, const ChannelFilter& selected,
-                    const std::string& pattern);
+/// selected channels.
+std::string SpyText(const SpyTable& table, const SpySnapshot& spy, const ChannelFilter& selected);
 
 }  // namespace morphbus::tools

@@ -41,9 +41,9 @@ Screen HeadLines(const SpySnapshot& spy, const SpyUi& ui, int width) {
   ScreenLine totals;
   if (ui.frozen) totals.push_back({"FROZEN (f goes on)  ", Style::kBad});
   if (!ui.filter.empty()) totals.push_back({fmt::format("filter '{}'  ", ui.filter), Style::kKey});
-  totals.push_back({fmt::format("{}{}  {} msg/s  {}B/s  ", of,
-                                Counted(static_cast<int64_t>(spy.channels.size()), "channel"),
-                                ShortRate(hz), ShortBytes(bytes))});
+  totals.push_back(
+      {fmt::format("{}{}  ", of, Counted(static_cast<int64_t>(spy.channels.size()), "channel"))});
+  const size_t before_rates = totals.size();
   totals.push_back({fmt::format("{} lost  ", lost), lost > 0 ? Style::kBad : Style::kPlain});
   totals.push_back(
       {fmt::format("{} undecodable", undecodable), undecodable > 0 ? Style::kBad : Style::kPlain});
@@ -54,6 +54,13 @@ Screen HeadLines(const SpySnapshot& spy, const SpyUi& ui, int width) {
   if (spy.untold_messages > 0) {
     totals.push_back(
         {fmt::format("  {} on channels beyond these", spy.untold_messages), Style::kBad});
+  }
+  // Where there is no room for all, what was lost is of more worth than rates.
+  const Span rates = {fmt::format("{} msg/s  {}B/s  ", ShortRate(hz), ShortBytes(bytes))};
+  int cells = Cells(rates.text);
+  for (const Span& span : totals) cells += Cells(span.text);
+  if (cells <= width) {
+    totals.insert(totals.begin() + static_cast<std::ptrdiff_t>(before_rates), rates);
   }
   return {title, totals};
 }
