@@ -31,12 +31,10 @@ Json TaskJson(const bridge::HeldTask& task, const vm::SourceFiles& files,
   return json;
 }
 
-/// Whether the compiler has added the local: what a switch looks at, or the neighbours to which a
-/// loop has still to come. The notes of an image tell it by its name alone; a program can name no
-/// variable `switch`, and one of this type only in the head of a loop.
-bool IsHidden(const bridge::HeldValue& local) {
-  return local.name == "switch" ||
-         (local.name == "neighbours" && local.type == vm::InfoOf(vm::ValueType::kSet).word);
+/// Whether a local has the name and type of the neighbours to which a loop has still to come, which
+/// the compiler holds.
+bool MayBeToCome(const bridge::HeldValue& local) {
+  return local.name == "neighbours" && local.type == vm::InfoOf(vm::ValueType::kSet).word;
 }
 
 /// "c1 and c2": a set of neighbours, a bit for each connector, as held: a number.
@@ -96,9 +94,14 @@ std::vector<std::string> ConnectorNames(const vm::VerifiedKinematics& kinematics
 
 std::vector<bridge::HeldValue> LocalsForPeople(std::vector<bridge::HeldValue> locals,
                                                const std::vector<std::string>& connectors) {
+  // The notes of an image tell these neighbours by their name alone, which a program may give to the
+  // variable of a loop: that one stands behind them.
+  bool behind_hidden = false;
   for (bridge::HeldValue& local : locals) {
+    const bool hidden = MayBeToCome(local) && !behind_hidden;
+    behind_hidden = hidden;
     if (local.value.empty()) continue;
-    if (IsHidden(local)) {
+    if (hidden) {
       local.value.clear();
     } else if (local.type == vm::InfoOf(vm::ValueType::kSet).word) {
       local.value = NeighboursText(local.value, connectors);

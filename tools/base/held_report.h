@@ -30,8 +30,8 @@ Json LocalsJson(const std::vector<bridge::HeldValue>& locals);
 /// The names of a module type's connectors, in their order.
 std::vector<std::string> ConnectorNames(const vm::VerifiedKinematics& kinematics);
 
-/// Locals as held, for people: without a value those that the compiler has added for itself, and a
-/// set of neighbours by the connectors on which they are docked: "c1 and c2", or "none".
+/// Locals as held, for people: a set of neighbours by the connectors on which they are docked, "c1
+/// and c2" or "none", and without a value those to which a loop has still to come.
 std::vector<bridge::HeldValue> LocalsForPeople(std::vector<bridge::HeldValue> locals,
                                                const std::vector<std::string>& connectors);
 
