@@ -43,7 +43,7 @@ Screen HeadLines(const SpySnapshot& spy, const SpyUi& ui, int width) {
   if (!ui.filter.empty()) totals.push_back({fmt::format("filter '{}'  ", ui.filter), Style::kKey});
   totals.push_back(
       {fmt::format("{}{}  ", of, Counted(static_cast<int64_t>(spy.channels.size()), "channel"))});
-  const size_t before_rates = totals.size();
+  auto rates_at = std::ssize(totals);
   totals.push_back({fmt::format("{} lost  ", lost), lost > 0 ? Style::kBad : Style::kPlain});
   totals.push_back(
       {fmt::format("{} undecodable", undecodable), undecodable > 0 ? Style::kBad : Style::kPlain});
@@ -56,11 +56,12 @@ Screen HeadLines(const SpySnapshot& spy, const SpyUi& ui, int width) {
         {fmt::format("  {} on channels beyond these", spy.untold_messages), Style::kBad});
   }
   // Where there is no room for all, what was lost is of more worth than rates.
-  const Span rates = {fmt::format("{} msg/s  {}B/s  ", ShortRate(hz), ShortBytes(bytes))};
-  int cells = Cells(rates.text);
+  int cells = 0;
   for (const Span& span : totals) cells += Cells(span.text);
-  if (cells <= width) {
-    totals.insert(totals.begin() + static_cast<std::ptrdiff_t>(before_rates), rates);
+  for (const std::string& rate : {ShortRate(hz) + " msg/s  ", ShortBytes(bytes) + "B/s  "}) {
+    cells += Cells(rate);
+    if (cells > width) break;
+    totals.insert(totals.begin() + rates_at++, {rate});
   }
   return {title, totals};
 }
