@@ -94,8 +94,8 @@ std::vector<std::string> ConnectorNames(const vm::VerifiedKinematics& kinematics
 
 std::vector<bridge::HeldValue> LocalsForPeople(std::vector<bridge::HeldValue> locals,
                                                const std::vector<std::string>& connectors) {
-  // The notes of an image tell these neighbours by their name alone, which a program may give to the
-  // variable of a loop: that one stands behind them.
+  // The notes of an image tell these neighbours by their name alone, which a program may give to
+  // the variable of a loop: that one stands behind them.
   bool behind_hidden = false;
   for (bridge::HeldValue& local : locals) {
     const bool hidden = MayBeToCome(local) && !behind_hidden;
