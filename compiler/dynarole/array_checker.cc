@@ -37,6 +37,7 @@ Type ArrayChecker::AsValue(const Span& span, const std::string& name, const Arra
 
 Type ArrayChecker::NoArray(const Span& span, const std::string& name, Type type) {
   if (type == Type::kError) return type;
+  // A parameter has no type yet where its function is looked at before the calls.
   const Local* local = scope_.routine() != nullptr ? scope_.FindLocal(name) : nullptr;
   if (local != nullptr && local->parameter) {
     return pass_.Wrong(span, "'" + name + "' is a parameter, and no array",

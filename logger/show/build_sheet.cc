@@ -288,6 +288,7 @@ class Builder {
   /// Which mistakes the pose shows.
   void AddTelling(const solver::CheckPose& pose, SheetBlock& block) const {
     if (pose.num_other_ways == 0) return;
+    // First how many of the other ways would show in this pose, and how clearly.
     const int alike = static_cast<int>(pose.alike.size());
     const std::string others = fmt::format("There {} {} in which these connectors mate as well",
                                            pose.num_other_ways == 1 ? "is" : "are",
@@ -301,6 +302,7 @@ class Builder {
           alike == 0 ? "each" : std::to_string(pose.num_other_ways - alike), shift_mm));
     }
     if (alike == 0) return;
+    // Then those that would not, by the module that would be put on wrongly.
     std::map<int, std::vector<std::string>> by_module;
     for (const solver::AlikeWay& way : pose.alike) {
       by_module[way.added].push_back(std::to_string(way.number));

@@ -201,6 +201,54 @@ TEST(BuildSheetTest, AStepsPictureMarksTheTwoConnectorsThatMate) {
   }
 }
 
+TEST(BuildSheetTest, APictureOfATypeNamesThePointsThatStepsSpeakOf) {
+  const auto small = [](const Planned& planned) {
+    std::vector<std::string> texts;
+    for (const Panel& panel : TypePicture(planned.model, 0).drawing.panels) {
+      for (const SceneMark& mark : panel.scene.marks) {
+        if (mark.kind == SceneMark::Kind::kSmallText) texts.push_back(mark.text);
+      }
+    }
+    return texts;
+  };
+  // Each of M-TRAN's six connectors is seen from one of the two corners, with its four points.
+  const std::vector<std::string> mtran = small(Shipped("mtran.m3l", "quadruped"));
+  EXPECT_EQ(mtran.size(), 24u);
+  EXPECT_EQ(std::ranges::count(mtran, "_3"), 6);
+  // Of ATRON's eight, four are seen so much from the side that names would lie on each other.
+  EXPECT_EQ(small(Shipped("atron.m3l", "car")).size(), 12u);
+}
+
+TEST(BuildSheetTest, NothingIsBehindTheCompassAndTheScaleBar) {
+  const Planned crane = Shipped("pairs.m3l", "crane");
+  const Sheet sheet = BuildSheet(crane.assembly, crane.poses);
+  for (const SheetPart& part : sheet.parts) {
+    for (const SheetBlock& block : part.blocks) {
+      if (!block.picture) continue;
+      for (const Panel& panel : block.picture->drawing.panels) {
+        Panel bodies = panel;
+        bodies.extent.reset();
+        const double above = panel.extent->max().y() - ExtentOf(bodies).max().y();
+        EXPECT_GT(above, 0.1 * panel.extent->sizes().x()) << block.heading;
+      }
+    }
+  }
+}
+
+TEST(BuildSheetTest, OneOfAThingIsToldAsOne) {
+  const Planned alone(test::DirectedModel("", R"(
+module HOOK: unit=0.1
+point hitch: coords=(1,0,0), connector, normal=(1,0,0)
+link body: grouping=(hitch), hull=box(size=(1,1,1),at=(.5,0,0)), mass=0.2
+robot one: modules=(HOOK m1)
+)"),
+                      "one");
+  const Sheet sheet = BuildSheet(alone.assembly, alone.poses);
+  const SheetPart& needed = PartCalled(sheet, "What is needed");
+  EXPECT_EQ(needed.paragraphs[0], "1 module and 0 connections; 0 of 1 connector used, 1 free.");
+  EXPECT_EQ(needed.blocks[0].lines[1], "Its connector is hitch: mark it as the picture has it.");
+}
+
 TEST(BuildSheetTest, ManyModulesHaveFewStepsAndEachModuleOnce) {
   const Planned large(test::DirectedModel(test::SourcePath("models/large.m3l"),
                                           test::LargeRobotText(test::LargeShape::kTree, 500)),

@@ -151,8 +151,7 @@ std::string WhyNotOfLog(const ModelPicture& model) {
   if (!model.module.empty() || !model.program.empty() || !model.connection.empty() ||
       model.number > 0) {
     return "--module, --connection, --number and --program draw from a model; a log has a robot "
-           "and "
-           "roles of its own: leave them out";
+           "and roles of its own: leave them out";
   }
   if (!model.world.empty()) {
     return "--world stands beside a model's robot; a log has its own world: leave --world out";

@@ -382,10 +382,13 @@ class UnitCheck {
   std::string_view UnitOf(const Node& node) {
     if (node.kind == Node::Kind::kValue) return node.word;
     if (node.kind == Node::Kind::kName) return unit_of_(node.word);
+    // What comes of these has the unit of their parts. Of products, quotients and roots the unit is
+    // not worked out, so that nothing can be said against them.
     static constexpr std::array<std::string_view, 7> kKeep = {"neg",   "+",   "-",  "abs",
                                                               "hypot", "min", "max"};
     const bool keeps = std::ranges::find(kKeep, node.word) != kKeep.end();
     const bool compares = std::string_view("=!<>").find(node.word[0]) != std::string_view::npos;
+    // A part without a known unit goes with every other one.
     std::string_view unit;
     for (const Node& part : node.parts) {
       const std::string_view other = UnitOf(part);
@@ -401,6 +404,7 @@ class UnitCheck {
     const auto words = [](std::string_view unit) {
       return unit == "1" ? "without a unit" : fmt::format("in {}", unit);
     };
+    // Parts are looked at before the whole, so that the first error is the innermost.
     if (error_) return;
     error_ = {node.offset,
               fmt::format("values {} and {} cannot be compared or added; expected the same unit",
