@@ -143,8 +143,7 @@ class Build(SheetCase):
         self.addCleanup(os.close, master)
         build = command('build', path, '--robot', 'row', '-o', self.folder / 'row.html')
         process = subprocess.Popen(build, stdout=subprocess.DEVNULL, stderr=slave, env={**os.environ, 'TERM': 'xterm'})
-        self.addCleanup(process.wait)
-        self.addCleanup(process.kill)
+        self.kill_at_the_end(process)
         os.close(slave)
         # It is at its pictures once it says how far it has come.
         self.assertTrue(select.select([master], [], [], LIMIT)[0])

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import unittest
 
-from support import BIN, LIMIT, SOURCE, Case, await_condition, processes_of
+from support import BIN, LIMIT, SOURCE, Case, await_condition, end_of, processes_of
 
 sys.path.insert(0, str(SOURCE / 'tools'))
 from cases.case import attributes, shipped_pairs, shipped_robot  # noqa: E402
@@ -48,8 +48,7 @@ class CampaignCase(Case):
         process = subprocess.Popen(self.command(*arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         # What it had run goes on to its own end, in the test's folder.
         self.addCleanup(await_condition, lambda: not processes_of('morphbus-campaign-'), 'all processes are gone')
-        self.addCleanup(process.communicate)
-        self.addCleanup(process.kill)
+        self.kill_at_the_end(process)
         return process
 
     def lines(self):
@@ -96,8 +95,7 @@ class Cases(CampaignCase):
         for count in (1, 2):
             process = self.start(*arguments)
             self.await_lines(count)
-            process.kill()
-            process.communicate()
+            end_of(process)
         # As if it had been killed while it wrote a line.
         before = self.lines()
         with open(self.results, 'ab') as file:

@@ -87,8 +87,7 @@ class Shown(Case):
     def test_a_replay_that_is_recorded_has_them_still(self):
         replay = subprocess.Popen(command('replay', self.logs['a'], '--isolate', '--wait-for', 1, '--speed', 0),
                                   stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.addCleanup(replay.wait)
-        self.addCleanup(replay.kill)
+        self.kill_at_the_end(replay)
         listed = await_condition(lambda: as_json('runs')['runs'], 'the replay is listed')
         copy = self.folder / 'copy.log'
         morphbus('log', '--follow', 'walk', '--run', listed[0]['run'], '-o', copy)

@@ -245,8 +245,7 @@ class Lockstep(Live):
     def test_a_run_in_one_process_takes_no_commands(self):
         run = subprocess.Popen(command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--run', 'alone', '--log',
                                        self.folder / 'alone.log'), stdout=subprocess.DEVNULL)
-        self.addCleanup(run.wait)
-        self.addCleanup(run.terminate)
+        self.kill_at_the_end(run)
         await_condition(lambda: as_json('runs')['runs'], 'the run is listed')
         self.run_name = 'alone'
         self.assertIn('is in one process', self.refuse(2, 'pause'))

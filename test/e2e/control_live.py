@@ -48,8 +48,7 @@ class Live(Case):
             command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--run', run, '--log', self.path, '--json',
                     *(['--isolate'] if isolate else []), *options),
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(self.process.communicate)
-        self.addCleanup(self.process.kill)
+        self.kill_at_the_end(self.process)
         # The sim takes commands before the first tick, too, but then does most of them later; and a run that is stopped before
         # everybody has a role ends with status 1.
         self.reach(ROLES_TAKEN, 4)

@@ -32,8 +32,7 @@ class Deaths(Dying):
         self.process = subprocess.Popen(
             command('run', *QUADRUPED, '--run', 'early', '--log', self.path, '--json', '--isolate', '--seconds', 0.6),
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(self.process.communicate)
-        self.addCleanup(self.process.kill)
+        self.kill_at_the_end(self.process)
         pid = self.kill('m3')
         summary = self.end()
         # It may have been quick enough to be killed in the middle of the run.
@@ -306,8 +305,7 @@ class Losses(Dying):
         loss = [*QUADRUPED, '--seconds', 4, '--lose', 'm6@1', '--commands', script, '--run', 'words', '--log', self.path, '--force']
         self.process = subprocess.Popen(command('run', *loss, '--speed', 0.25, '--faults', rules, '--isolate', '--json'),
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(self.process.communicate)
-        self.addCleanup(self.process.kill)
+        self.kill_at_the_end(self.process)
         state = self.folder / 'runtime' / 'morphbus' / 'words' / 'process-5.state'
         # It is saved before the first tick, with each, and when the module is told to leave (bridge/module/snapshot_file.cc).
 

@@ -9,7 +9,8 @@ import signal
 import subprocess
 import unittest
 
-from support import (BIN, LIMIT, MODEL, PROGRAM, Case, as_json, await_condition, command, morphbus, processes_of)
+from support import (BIN, LIMIT, MODEL, PROGRAM, Case, as_json, await_condition, command, end_of, morphbus,
+                     processes_of)
 
 
 class Running(Case):
@@ -21,8 +22,7 @@ class Running(Case):
         self.process = subprocess.Popen(
             command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--isolate', '--run', name, '--log', self.log_path,
                     *options), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(self.process.communicate)
-        self.addCleanup(self.process.kill)
+        self.kill_at_the_end(self.process)
         partial = self.folder / f'{log or name}.log.partial'
         await_condition(lambda: partial.exists() and partial.stat().st_size > 300000, 'the run is under way')
 
@@ -76,8 +76,7 @@ class Running(Case):
     def test_a_run_in_one_process_is_listed_and_says_why_nobody_can_join_it(self):
         run = subprocess.Popen(command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--run', 'alone', '--no-log'),
                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.addCleanup(run.wait)
-        self.addCleanup(run.kill)
+        self.kill_at_the_end(run)
         listed = await_condition(lambda: as_json('runs')['runs'], 'the run is listed')
         self.assertEqual([(r['run'], r['pid'], r['robot'], r['network']) for r in listed],
                          [('alone', run.pid, 'quadruped', 'in one process')])
@@ -110,8 +109,7 @@ class Running(Case):
 
     def test_a_killed_launcher_leaves_nobody(self):
         self.start('killlauncher')
-        self.process.kill()
-        self.process.communicate()
+        end_of(self.process)
         await_condition(lambda: not processes_of(self.run_name), 'no orphans')
         left = self.folder / 'runtime' / 'morphbus' / 'killlauncher'
         self.assertTrue((left / 'key').exists())
@@ -143,8 +141,7 @@ class Running(Case):
         run = subprocess.Popen([str(programs / 'morphbus'), *command(
             'run', MODEL, PROGRAM, '--robot', 'quadruped', '--isolate', '--run', 'idle', '--log', log, '--json')[1:]],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(run.communicate)
-        self.addCleanup(run.kill)
+        self.kill_at_the_end(run)
         await_condition(lambda: [text for text in processes_of('idle').values() if '/morphbus sim ' in text], 'it has a sim')
         run.send_signal(signal.SIGINT)
         out, err = run.communicate(timeout=LIMIT)
@@ -173,14 +170,13 @@ class Running(Case):
         morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 1, '--inproc', '--run', 'old', '--log', log)
         replay = subprocess.Popen(command('replay', log, '--isolate', '--loop'), stdin=subprocess.DEVNULL,
                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(replay.communicate)
-        self.addCleanup(replay.kill)
+        self.kill_at_the_end(replay)
         listed = await_condition(lambda: as_json('runs')['runs'], 'the replay is listed')
         self.assertEqual((listed[0]['pid'], listed[0]['isolated'], listed[0]['log']), (replay.pid, True, str(log)))
         heard = lambda: [c['channel'] for c in as_json('spy', '--once', '--run', listed[0]['run'])['channels']]
         await_condition(lambda: 'old/SIM/CLOCK' in heard(), 'the replay is heard')
         replay.send_signal(signal.SIGINT)
-        self.assertIn(f"morphbus spy --run {listed[0]['run']}", replay.communicate()[1])
+        self.assertIn(f"morphbus spy --run {listed[0]['run']}", replay.communicate(timeout=LIMIT)[1])
         self.assertEqual(as_json('runs')['runs'], [])
 
     def test_a_disk_that_is_full_ends_the_run_and_is_named(self):

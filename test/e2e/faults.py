@@ -147,8 +147,7 @@ class Fast(FaultsCase):
             command('sim', MODEL, PROGRAM, *common)]
         processes = [subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for argv in started]
         for process in processes:
-            self.addCleanup(process.communicate)
-            self.addCleanup(process.kill)
+            self.kill_at_the_end(process)
         said = [process.communicate(timeout=LIMIT) for process in processes]
         self.assertEqual([process.returncode for process in processes], [0, 0, 0], said)
         info = as_json('info', self.folder / 'hand.log')

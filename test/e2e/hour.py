@@ -34,8 +34,7 @@ class Hour(Case):
             command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', SECONDS, '--isolate', '--run', 'hour',
                     '--faults', faults, '--log', self.log, '--json'),
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(launcher.communicate)
-        self.addCleanup(launcher.kill)
+        self.kill_at_the_end(launcher)
         self.launcher = watch_memory(launcher, 2 * SECONDS + 60)
         out, err = launcher.communicate(timeout=600)
         self.assertEqual(launcher.returncode, 0, err)

@@ -89,7 +89,7 @@ class Inspection(Live):
         paused = self.control('pause')['tick']
         waiting = subprocess.Popen(command('control', 'inspect', 'm2', '--run', 'live', '--json'),
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(waiting.kill)
+        self.kill_at_the_end(waiting)
         self.assertEqual(waiting.stderr.readline(), f'inspect m2 waits for tick {paused + 1}, once the run goes on\n')
         self.control('step')
         out, err = waiting.communicate(timeout=LIMIT)

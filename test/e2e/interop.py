@@ -80,8 +80,7 @@ class Interop(Case):
             ours = self.folder / 'ours.log'
             run = subprocess.Popen(command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--run', 'stock', '--speed', 1,
                                            '--log', ours), stdout=subprocess.DEVNULL)
-            self.addCleanup(run.wait)
-            self.addCleanup(run.kill)
+            self.kill_at_the_end(run)
 
             def enough():
                 channels = {c.split('/')[-1] for _, _, c, _ in written_so_far(theirs) if c.startswith('stock/')}

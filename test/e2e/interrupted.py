@@ -31,8 +31,7 @@ class Interrupted(ShortRun):
                               ('convert', log, '--to', 'zst', '-o', self.folder / 'o.log.zst'),
                               ('repair', log, '-o', self.folder / 'o.log')):
                 process = subprocess.Popen(command(*arguments), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-                self.addCleanup(process.wait)
-                self.addCleanup(process.kill)
+                self.kill_at_the_end(process)
                 await_condition(lambda: self.files() - before, 'something is written')
                 process.send_signal(number)
                 self.assertEqual(process.wait(timeout=LIMIT), -number, arguments)

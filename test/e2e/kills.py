@@ -153,8 +153,7 @@ class Starved(Dying):
         core = str(min(os.sched_getaffinity(0)))
         for _ in range(self.HOGS):
             hog = subprocess.Popen(['taskset', '-c', core, sys.executable, '-c', 'while True: pass'])
-            self.addCleanup(hog.wait)
-            self.addCleanup(hog.kill)
+            self.kill_at_the_end(hog)
         log = self.folder / 'starved.log'
         begun = os.times()
         done = subprocess.run(['nice', '-n', '19', 'taskset', '-c', core, *command(

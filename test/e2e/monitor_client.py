@@ -21,8 +21,7 @@ class Monitor:
     def __init__(self, case, *arguments, token=TOKEN):
         self.process = subprocess.Popen(command('monitor', '--port', '0', '--token', token, '--json', *arguments),
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        case.addCleanup(self.process.communicate)
-        case.addCleanup(self.process.kill)
+        case.kill_at_the_end(self.process)
         line = self.process.stdout.readline()
         if not line:
             raise AssertionError(self.process.communicate()[1])

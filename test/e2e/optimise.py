@@ -11,7 +11,7 @@ import time
 import tomllib
 import unittest
 
-from support import LIMIT, SOURCE, Case, as_json, command, morphbus
+from support import LIMIT, SOURCE, Case, as_json, command, end_of, morphbus
 from sweep_case import SweepCase
 
 MODELS = SOURCE / 'models'
@@ -68,8 +68,7 @@ class Optimise(SweepCase):
         for _ in range(3):
             process = subprocess.Popen(command('optimise', killed), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             time.sleep(moment.uniform(0, 0.6))
-            process.kill()
-            process.communicate()
+            end_of(process)
         morphbus('optimise', killed)
         self.assertEqual(self.best('one').read_bytes(), self.best('killed').read_bytes())
         other = self.folder / 'other.db'
@@ -159,8 +158,7 @@ class Optimise(SweepCase):
         self.assertEqual(as_json('optimise', self.sweep_file(FASTER), '--dry-run')['rows'], 25)
         long = self.sweep_file(FASTER.replace('generations = 4', 'generations = 10000'), 'long')
         process = subprocess.Popen(command('optimise', long, '--json'), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(process.communicate)
-        self.addCleanup(process.kill)
+        self.kill_at_the_end(process)
         limit = time.monotonic() + LIMIT
         done = 0
         while done < 20 and time.monotonic() < limit:

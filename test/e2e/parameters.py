@@ -200,8 +200,7 @@ class SetLive(Live):
         self.process = subprocess.Popen(
             command('run', MODEL, program, '--robot', 'quadruped', '--run', self.run_name, '--log', self.path, '--json', '--still',
                     '--isolate', *options), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(self.process.communicate)
-        self.addCleanup(self.process.kill)
+        self.kill_at_the_end(self.process)
         self.reach(40, 4)
 
     def test_people_set_values_of_a_robot_that_runs(self):

@@ -18,16 +18,13 @@ class Follow(Case):
         """A replay in a network of its own, and what two followers recorded of it."""
         replay = subprocess.Popen(command('replay', self.log, '--isolate', '--wait-for', 2, '--json', *options),
                                   stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        self.addCleanup(replay.communicate)
-        self.addCleanup(replay.kill)
+        self.kill_at_the_end(replay)
         listed = await_condition(lambda: as_json('runs')['runs'], 'the replay is listed')
         copies = [self.folder / f'copy{i}.log' for i in range(2)]
         followers = [subprocess.Popen(command('log', '--follow', 'walk', '--run', listed[0]['run'], '-o', copy),
                                       stdout=subprocess.PIPE, text=True) for copy in copies]
         for follower in followers:
-            self.addCleanup(follower.wait)
-            self.addCleanup(follower.kill)
-            self.addCleanup(follower.stdout.close)
+            self.kill_at_the_end(follower)
         for follower in followers:
             self.assertEqual(follower.wait(240), 0)
         replay.wait(60)

@@ -31,9 +31,7 @@ class Terminal:
 
         self.process = subprocess.Popen(command('replay', *arguments), stdin=slave, stdout=subprocess.PIPE, stderr=slave,
                                         preexec_fn=own_terminal, env={**os.environ, 'TERM': 'xterm', 'NO_COLOR': ''})
-        case.addCleanup(self.process.stdout.close)
-        case.addCleanup(self.process.wait)
-        case.addCleanup(self.process.kill)
+        case.kill_at_the_end(self.process)
         self.text = ''
 
     def press(self, keys):

@@ -87,8 +87,7 @@ class Words(unittest.TestCase):
         self.assertEqual(set(offered('control', 'push', 'm1', 'N')), {'NORTH'})
         process = subprocess.Popen(command('run', MODEL, QUADRUPED, '--robot', 'quadruped', '--run', 'tab', '--isolate', '--no-log'),
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        self.addCleanup(process.communicate)
-        self.addCleanup(process.terminate)
+        self.kill_at_the_end(process)
         limit = time.monotonic() + LIMIT
         while 'tab' not in offered('spy', '--run', '') and time.monotonic() < limit:
             self.assertIsNone(process.poll())

@@ -18,11 +18,7 @@ class Spy(Case):
         """A spy whose objects can be read line by line; it hears the bus when this returns."""
         spy = subprocess.Popen(command('spy', '--json', '--interval', 0.5, *options), stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE, text=True)
-
-        def end():
-            spy.kill()
-            spy.communicate()
-        self.addCleanup(end)
+        self.kill_at_the_end(spy)
         self.assertTrue(spy.stdout.readline(), 'the spy has not begun')
         return spy
 
@@ -74,8 +70,7 @@ class Foreign(Spy):
         # They go on until some have come whole, one shortly after another: a socket that overflows breaks them.
         generator = subprocess.Popen([str(BIN / 'bus_generator'), '--seconds', '3600', '--size', '300000',
                                       str(self.folder / 'r'), '20'])
-        self.addCleanup(generator.wait)
-        self.addCleanup(generator.kill)
+        self.kill_at_the_end(generator)
         channels, _ = self.look_until(spy, lambda c: c.get('GEN_20', {}).get('hz', 0) > 0)
         self.assertEqual(channels['GEN_20']['undecodable'], channels['GEN_20']['messages'])
         self.assertAlmostEqual(channels['GEN_20']['bytes_per_s'] / channels['GEN_20']['hz'], 300000, delta=1)

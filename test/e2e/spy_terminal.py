@@ -249,11 +249,7 @@ class OurRun(Terminal):
         self.run_process = subprocess.Popen(
             command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 100000, '--speed', 1, '--run', 'walk',
                     '--log', self.folder / 'walk.log'), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-
-        def end():
-            self.run_process.terminate()
-            self.run_process.communicate()
-        self.addCleanup(end)
+        self.kill_at_the_end(self.run_process)
         await_condition(lambda: as_json('runs')['runs'], 'the run is there')
 
     def test_modules_have_role_pose_and_process(self):

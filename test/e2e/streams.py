@@ -54,8 +54,7 @@ class Streams(Case):
         log = self.folder / f'{name}.log'
         process = subprocess.Popen(command('run', MODEL, PROGRAM, *ROBOT, '--isolate', '--run', name, '--log', log,
                                            '--seconds', 6), stdout=stdout, stderr=stderr)
-        self.addCleanup(process.wait)
-        self.addCleanup(process.kill)
+        self.kill_at_the_end(process)
         partial = self.folder / f'{name}.log.partial'
         await_condition(lambda: partial.exists() and partial.stat().st_size > 100000, 'the run is under way')
         return process, log

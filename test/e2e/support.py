@@ -4,6 +4,7 @@ Everything here is the Python standard library and lcm-gen's own Python types, s
 of the code under test. ctest sets MORPHBUS_BIN (the folder of the programs), MORPHBUS_SOURCE and
 MORPHBUS_SCRATCH (a folder of this build for logs that several tests share).
 """
+import contextlib
 import importlib
 import io
 import json
@@ -12,6 +13,7 @@ import os
 import pathlib
 import re
 import shutil
+import signal
 import struct
 import subprocess
 import sys
@@ -73,9 +75,8 @@ os.environ['MORPHBUS_TEST'] = str(os.getpid())
 OURS = f'MORPHBUS_TEST={os.getpid()}'.encode()
 
 
-def processes_of(run):
-    """Processes of this test that name this run on their command line or in their files: {pid: command line}. Other
-    tests, which run at the same time, have runs of the same name."""
+def started_here():
+    """What this test has started, and what that has started, as far as it lives: {pid: command line}."""
     found = {}
     for folder in pathlib.Path('/proc').glob('[0-9]*'):
         try:
@@ -84,9 +85,43 @@ def processes_of(run):
             alive = (folder / 'stat').read_text().rsplit(')', 1)[1].split()[0] != 'Z'
         except OSError:
             continue
-        if ours and alive and 'morphbus' in text and run in text and 'python' not in text:
+        if ours and alive and int(folder.name) != os.getpid():
             found[int(folder.name)] = text
     return found
+
+
+def processes_of(run):
+    """Processes of this test that name this run on their command line or in their files: {pid: command line}. Other
+    tests, which run at the same time, have runs of the same name."""
+    return {pid: text for pid, text in started_here().items() if 'morphbus' in text and run in text and 'python' not in text}
+
+
+def at_work_on(pid):
+    """What a process does or waits for, as far as the kernel tells this user."""
+    told = []
+    for name in ('status', 'wchan', 'syscall', 'stack'):
+        with contextlib.suppress(OSError):
+            text = (pathlib.Path('/proc') / str(pid) / name).read_text()
+            lines = [line for line in text.splitlines() if name != 'status' or re.match('State|PPid|Sig|Shd', line)]
+            told.append(f'  {name}: ' + '\n    '.join(lines))
+    return '\n'.join(told)
+
+
+def end_of(process, limit=LIMIT):
+    """Kills a process and waits until nobody has its output open: what it started has ended then, too. Whoever lives on after
+    the limit (s) is named, with what it does, and killed."""
+    process.kill()
+    try:
+        process.communicate(timeout=limit)
+    except subprocess.TimeoutExpired:
+        left = {pid: f'{pid} {text}\n{at_work_on(pid)}' for pid, text in started_here().items()}
+        for pid in left:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.communicate(timeout=limit)
+        raise AssertionError(f'{process.args} was killed, and {limit} s later its output is still open. Who lives on:\n' +
+                             '\n'.join(left.values())) from None
 
 
 def each_event(path):
@@ -215,6 +250,10 @@ class Case(unittest.TestCase):
         runtime.mkdir(mode=0o700)
         os.environ['XDG_RUNTIME_DIR'] = str(runtime)
         os.environ.pop('LCM_DEFAULT_URL', None)
+
+    def kill_at_the_end(self, process):
+        """However this test ends, the process does so before it, and what it started."""
+        self.addCleanup(end_of, process)
 
     def in_private_network(self):
         """Whether the test runs in one, where nobody but its processes is on the bus; if not, it has now been repeated in one."""

@@ -12,7 +12,7 @@ import subprocess
 import time
 import unittest
 
-from support import BIN, LIMIT, SOURCE, as_json, command, morphbus
+from support import BIN, LIMIT, SOURCE, as_json, command, end_of, morphbus
 from sweep_case import ARM, MODEL, PROGRAMS, SMALL, SweepCase
 
 
@@ -32,8 +32,7 @@ class Rows(SweepCase):
         for _ in range(10):
             process = self.start(file, '--jobs', '2', '-o', self.database('killed'))
             time.sleep(moment.uniform(0, 0.5))
-            process.kill()
-            process.communicate()
+            end_of(process)
             if self.database('killed').exists():
                 self.assertIn(morphbus('sweep', 'status', self.database('killed'), status=None).returncode, (0, 2))
         morphbus('sweep', file, '--jobs', 2, '-o', self.database('killed'))

@@ -72,8 +72,7 @@ class SweepCase(Case):
     def start(self, *arguments, search=False, **options):
         """A sweep, or a search, that goes on beside the test, and ends with it."""
         process = subprocess.Popen(command('optimise' if search else 'sweep', *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
-        self.addCleanup(process.communicate)
-        self.addCleanup(process.kill)
+        self.kill_at_the_end(process)
         return process
 
     def await_done(self, database, count):

@@ -9,7 +9,7 @@ import time
 import unittest
 
 import slurm_cluster
-from support import LIMIT, SOURCE
+from support import LIMIT, SOURCE, end_of
 from sweep_case import SweepCase, children_of
 from sweep_slurm import SlurmCase
 from sweep_ssh import HOSTS, SshCase
@@ -77,8 +77,7 @@ class Here(Worms, SweepCase):
         for count in sorted(moment.sample(range(1, ROWS - 50), 10)):
             process = self.start(file, '--jobs', '2')
             self.await_done(self.database(), count)
-            process.kill()
-            process.communicate()
+            end_of(process)
             killed += process.returncode == -9
         self.assertEqual(killed, 10)
         self.finish(self.start(file, '--jobs', '2'))

@@ -11,7 +11,7 @@ import unittest
 
 import slurm_cluster
 from slurm_cluster import Cluster, wait_for
-from support import BIN, LIMIT, as_json, await_condition, morphbus
+from support import BIN, LIMIT, as_json, await_condition, end_of, morphbus
 from sweep_case import ARM, ENDLESS, SMALL, SweepCase, children_of, workers_of
 
 
@@ -201,8 +201,7 @@ class Jobs(SlurmCase):
                        lambda: list(self.jobs.glob('job-*/task-*.out'))):
             process = self.start(file)
             await_condition(lambda: moment() or process.poll() is not None, 'the moment')
-            process.kill()
-            process.communicate()
+            end_of(process)
         morphbus('sweep', file)
         self.assertEqual(self.rows(self.database()), expected)
 
