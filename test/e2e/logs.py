@@ -81,6 +81,8 @@ class Logs(ShortRun):
                                ((self.short, '--at', 1, '--number', 3), '--number and --program draw from a model'),
                                ((self.short, '--at', 1, '--fps', 30), '--fps is of a video'),
                                ((MODEL, '--robot', 'quadruped', '--fps', 30), '--fps is of a video'),
+                               ((self.short, '--at', 1, '--from', 0.5), '--from and --to are of a strip or a video'),
+                               ((MODEL, '--robot', 'quadruped', '--to', 2), '--from and --to are of a strip or a video'),
                                ((MODEL, '--at', 1), f'{MODEL} holds no sound event: it is no log'),
                                ((MODEL, '--robot', 'quadruped', '--run', 'x'), 'needs --at')):
             said = self.refused('draw', *arguments, '-o', picture)

@@ -13,7 +13,7 @@ import tempfile
 import time
 import unittest
 
-from support import BIN, LIMIT, MODEL, SOURCE, as_json, command, morphbus
+from support import BIN, LIMIT, MODEL, SOURCE, Case, as_json, command, morphbus
 
 sys.path.insert(0, str(SOURCE / 'test/docs'))
 import links_test  # noqa: E402
@@ -27,7 +27,7 @@ def offered(*words):
     return dict(line.split('\t') if '\t' in line else (line, None) for line in lines)
 
 
-class Words(unittest.TestCase):
+class Words(Case):
     def test_commands_options_and_values_are_offered(self):
         self.assertEqual(set(offered('re')), {'replay', 'repair', 'reproduce', 'report'})
         self.assertIn('--robot', offered('run', MODEL, '--ro'))

@@ -212,6 +212,9 @@ std::string WhyNotTogether(const DrawOptions& options) {
   if (options.fps > 0 && !options.video) {
     return "--fps is of a video: add --video, or leave --fps out";
   }
+  if ((options.from > 0 || options.to) && options.strip == 0 && !options.video) {
+    return "--from and --to are of a strip or a video: add --strip or --video, or leave them out";
+  }
   return OfLog(options) ? WhyNotOfLog(options.model) : WhyNotOfModel(options);
 }
 
