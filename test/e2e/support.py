@@ -96,7 +96,7 @@ def processes_of(run):
     return {pid: text for pid, text in started_here().items() if 'morphbus' in text and run in text and 'python' not in text}
 
 
-def at_work_on(pid):
+def describe_process(pid):
     """What a process does or waits for, as far as the kernel tells this user."""
     told = []
     for name in ('status', 'wchan', 'syscall', 'stack'):
@@ -114,7 +114,7 @@ def end_of(process, limit=LIMIT):
     try:
         process.communicate(timeout=limit)
     except subprocess.TimeoutExpired:
-        left = {pid: f'{pid} {text}\n{at_work_on(pid)}' for pid, text in started_here().items()}
+        left = {pid: f'{pid} {text}\n{describe_process(pid)}' for pid, text in started_here().items()}
         for pid in left:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
