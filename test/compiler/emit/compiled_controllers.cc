@@ -13,6 +13,18 @@ namespace morphbus::test {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+// With GCC all libraries of a process share inline variables unless it is told otherwise; clang
+// knows neither.
+#ifdef __clang__
+constexpr const char* kOwnVariables = "";
+#else
+constexpr const char* kOwnVariables = "-fno-gnu-unique";
+#endif
+
+}  // namespace
+
 CompiledControllers::CompiledControllers(const emit::Exported& world, size_t num_modules) {
   std::string name = testing::TempDir() + "morphbus-controllers-XXXXXX";
   if (mkdtemp(name.data()) == nullptr) {
@@ -33,9 +45,9 @@ CompiledControllers::CompiledControllers(const emit::Exported& world, size_t num
                                          SourcePath("test/export/webots_stub"), name);
   const std::string command = fmt::format(
       "cd {0} && {1} -std=c99 {2} -c morphbus_module.c && "
-      "{3} -std=c++20 -ffp-contract=off -fno-gnu-unique {2} -Dmain=controller_main -shared "
+      "{3} -std=c++20 -ffp-contract=off {5} {2} -Dmain=controller_main -shared "
       "-Wl,-Bsymbolic -o controller.so {4} morphbus_vm.cc morphbus_module.o",
-      name, MORPHBUS_C_COMPILER, common, MORPHBUS_CXX_COMPILER, main);
+      name, MORPHBUS_C_COMPILER, common, MORPHBUS_CXX_COMPILER, main, kOwnVariables);
   // NOLINTNEXTLINE(cert-env33-c): a test's own folder.
   EXPECT_EQ(std::system(command.c_str()), 0) << command;
   for (size_t m = 0; m < num_modules; ++m) Load(folder_ / "controller.so", m);
