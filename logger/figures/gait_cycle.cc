@@ -229,7 +229,10 @@ int FirstTick(Tracks* tracks, const Stretch& stretch, int lag, int slack) {
   for (Track& track : *tracks) {
     track.SetSlack(slack);
     const double most = 0.1 * track.Scale(stretch.begin, stretch.end);
-    for (int k = first; k < stretch.begin + lag; ++k) {
+    // The period may be longer than the lag at which the stretch was found, which then lasts for
+    // less than two of it.
+    const int end = std::min(stretch.begin + lag, stretch.end - lag);
+    for (int k = first; k < end; ++k) {
       const double difference = track.Difference(k, lag);
       if (difference * difference > most) first = k + 1;
     }

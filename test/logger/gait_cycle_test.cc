@@ -175,6 +175,14 @@ TEST(FindCycle, ACycleAsShortAsTheSlackComesToAnEnd) {
   }
 }
 
+TEST(FindCycle, WhatLastsNotQuiteTwoCyclesIsReadToItsEndAndNoFurther) {
+  // Early by the slack two cycles would fit, but the period that is then refined is a longer one;
+  // the sanitized build sees what lies behind the end.
+  for (const double seconds : {8.1, 8.14, 8.16}) {
+    EXPECT_EQ(WhyNone({Wave(4.1)}, seconds), "the commands do not repeat for two whole cycles");
+  }
+}
+
 TEST(FindCycle, AGaitThatHaltsHasItsCycleAllTheSame) {
   EXPECT_NEAR(PeriodOf({Between(Wave(2.0), 1.0, 13.3)}, 20.0), 2.0, 0.02);
 }
