@@ -7,6 +7,23 @@ namespace morphbus::dynarole {
 
 using source::Span;
 
+namespace {
+
+/// Where the element lies that an expression names or an assignment sets; `number`: -1 if it is not
+/// known before the program runs.
+template <class Node>
+void SetPlace(const Array& array, int number, Node* node) {
+  // An element whose number is known is a variable or field like others.
+  const bool local = array.meaning == Meaning::kLocal;
+  node->meaning = number >= 0 ? array.meaning
+                  : local     ? Meaning::kLocalElement
+                              : Meaning::kFieldElement;
+  node->index = array.first + (number >= 0 ? number : 0);
+  node->length = array.length;
+}
+
+}  // namespace
+
 std::optional<Array> ArrayChecker::Find(const std::string& name) {
   // Variables hide fields, as everywhere.
   if (Local* local = scope_.routine() != nullptr ? scope_.FindLocal(name) : nullptr) {
@@ -18,7 +35,7 @@ std::optional<Array> ArrayChecker::Find(const std::string& name) {
   const RoleModel& owner = scope_.role();
   const int slot = model_.FindArray(owner, name);
   if (slot < 0) return std::nullopt;
-  // An element whose number is not known may be any of them.
+  // All its elements count as read, since one whose number is not known may be any of them.
   const FieldDecl& first = model_.fields[owner.fields[slot].decl];
   for (int i = 0; i < first.length && scope_.routine() != nullptr; ++i) {
     model_.fields[owner.fields[slot + i].decl].read = true;
@@ -46,13 +63,12 @@ Type ArrayChecker::NoArray(const Span& span, const std::string& name, Type type)
   if (type == Type::kUnknown) return Type::kError;
   return pass_.Wrong(span, "'" + name + "' is no array, but " + NameOf(type),
                      "an array is declared by its values: " + name +
-                         " = [0.0, 0.0], or by their "
-                         "number: " +
-                         name + "[8] = 0.0");
+                         " = [0.0, 0.0], or by their number: " + name + "[8] = 0.0");
 }
 
 int ArrayChecker::KnownNumber(const Array& array, Expr* number, const std::string& name) {
   conversions_.Want(number, Type::kInt, "the number of an element");
+  // What is no constant is looked at when the program runs; one that is wrong is an error here.
   const FoldResult known = Fold(*number);
   if (!known.value || known.value->type != Type::kInt) return -1;
   const int element = known.value->cell.AsInt();
@@ -68,13 +84,7 @@ Type ArrayChecker::InferElement(Expr* element) {
   const std::optional<Array> array = Find(named.name);
   if (!array) return Type::kUnknown;
   const int number = KnownNumber(*array, element->operands[1].get(), named.name);
-  // An element whose number is known is a variable or field like others.
-  const bool local = array->meaning == Meaning::kLocal;
-  element->meaning = number >= 0 ? array->meaning
-                     : local     ? Meaning::kLocalElement
-                                 : Meaning::kFieldElement;
-  element->index = array->first + (number >= 0 ? number : 0);
-  element->length = array->length;
+  SetPlace(*array, number, element);
   return array->type;
 }
 
@@ -82,6 +92,7 @@ bool ArrayChecker::InferSize(Expr* call) {
   const bool one = call->operands.size() == 2 && call->operands[1]->kind == ExprKind::kName;
   const std::optional<Array> array = one ? Find(call->operands[1]->name) : std::nullopt;
   if (!array) return false;
+  // The operand means the array; the call is a number from here on.
   Expr& named = *call->operands[1];
   named.meaning = array->meaning;
   named.index = array->first;
@@ -93,12 +104,7 @@ bool ArrayChecker::InferSize(Expr* call) {
 
 void ArrayChecker::FindElement(const Array& array, Stmt* assignment) {
   const int number = KnownNumber(array, assignment->subscript.get(), assignment->name);
-  const bool local = array.meaning == Meaning::kLocal;
-  assignment->meaning = number >= 0 ? array.meaning
-                        : local     ? Meaning::kLocalElement
-                                    : Meaning::kFieldElement;
-  assignment->index = array.first + (number >= 0 ? number : 0);
-  assignment->length = array.length;
+  SetPlace(array, number, assignment);
   assignment->type = array.type;
   // `+=` needs the number twice, which is computed once.
   if (number < 0 && assignment->op != Operator::kNone) {
