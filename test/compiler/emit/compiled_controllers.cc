@@ -15,8 +15,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// With GCC all libraries of a process share inline variables unless it is told otherwise; clang
-// knows neither.
+// GCC makes inline variables one for all libraries of a process unless it has this option; clang
+// never does, and refuses the option.
 #ifdef __clang__
 constexpr const char* kOwnVariables = "";
 #else
