@@ -87,8 +87,7 @@ class Running(Case):
         # The only run that can be meant.
         self.assertIn('seen', as_json('spy', '--once')['runs'])
         # One that is killed is listed no more.
-        run.kill()
-        run.wait()
+        end_of(run)
         self.assertEqual([r['run'] for r in as_json('runs')['runs']], ['seen'])
 
     def test_many_that_are_silent_are_three_names_and_a_number_said_once(self):

@@ -8,7 +8,7 @@ import subprocess
 import unittest
 
 from hostile_bus import ACTUATOR, CLOCK, RUN, SECONDS, Attack, Attacked, ahead
-from support import LIMIT, MODEL, PROGRAM, as_json, command, decode, encode, morphbus, new_key, read_events
+from support import LIMIT, MODEL, PROGRAM, as_json, command, decode, encode, end_of, morphbus, new_key, read_events
 
 
 class Hostile(Attacked):
@@ -25,8 +25,7 @@ class Hostile(Attacked):
                 player.append(subprocess.Popen(['lcm-logplayer', '--speed=2', str(log)], stdout=subprocess.DEVNULL,
                                                stderr=subprocess.DEVNULL))
             self.attacked(Attack(CLOCK, act, tick=5))
-            player[0].kill()
-            player[0].wait()
+            end_of(player[0])
             self.assert_unharmed()
             self.assert_noticed()
 

@@ -1,8 +1,11 @@
 #!/usr/bin/env python3
 """What a test does with processes that do not end: whoever lives on after the one that started it was killed makes the test fail,
-is named with what it does, and is killed."""
+is named with what it does, and is killed. A test that hangs tells where."""
+import os
+import pathlib
 import re
 import subprocess
+import sys
 import unittest
 
 from support import Case, await_condition, end_of, started_here
@@ -23,8 +26,17 @@ class LeftBehind(Case):
 
     def test_who_ends_with_what_started_it_is_no_matter(self):
         process = subprocess.Popen(['sleep', '1000000'], stdout=subprocess.PIPE)
-        end_of(process)
+        self.kill_at_the_end(process)
+        self.doCleanups()
         self.assertEqual((process.returncode, started_here()), (-9, {}))
+
+    def test_where_one_stands_that_waits_without_a_limit_is_told(self):
+        waiting = subprocess.Popen([sys.executable, '-c', 'import support\ninput()'], cwd=pathlib.Path(__file__).parent,
+                                   env={**os.environ, 'MORPHBUS_TEST_LIMIT': '0.01'}, stdin=subprocess.PIPE, stderr=subprocess.PIPE,
+                                   text=True)
+        self.kill_at_the_end(waiting)
+        for place in 'Timeout', 'Thread ', '  File "<string>", line 2 in <module>':
+            self.assertTrue(waiting.stderr.readline().startswith(place), place)
 
 
 if __name__ == '__main__':

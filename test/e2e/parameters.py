@@ -219,7 +219,7 @@ class SetLive(Live):
         self.assertIn('out of its range', self.refuse(2, 'set', 'swing', 99))
         self.assertIn("did you mean 'swing'", self.refuse(2, 'set', 'swign', 20))
         self.control('stop')
-        self.process.wait()
+        self.end()
         facts = as_json('info', self.path)
         self.assertEqual(len(set(facts['deployments'][-1]['switched'].values())), 1)
         self.assertEqual(as_json('reproduce', self.path)['hash'], facts['hash'])

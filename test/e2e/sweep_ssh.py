@@ -62,7 +62,7 @@ class SshCase(SweepCase):
             script = f'set -e\n{hide}mount -t tmpfs none /run\nmkdir -m 755 /run/sshd\nexec "$@"'
             words = ['unshare', '--mount', 'sh', '-c', script, 'sh', *words]
         self.sshd = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(self.sshd.communicate)
+        self.addCleanup(self.sshd.communicate, timeout=LIMIT)
         self.addCleanup(self.end_sessions)
         self.addCleanup(self.sshd.kill)
 
