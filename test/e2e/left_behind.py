@@ -4,11 +4,12 @@ is named with what it does, and is killed. A test that hangs tells where."""
 import os
 import pathlib
 import re
+import select
 import subprocess
 import sys
 import unittest
 
-from support import Case, await_condition, end_of, started_here
+from support import LIMIT, Case, await_condition, end_of, started_here
 
 
 class LeftBehind(Case):
@@ -35,6 +36,7 @@ class LeftBehind(Case):
                                    env={**os.environ, 'MORPHBUS_TEST_LIMIT': '0.01'}, stdin=subprocess.PIPE, stderr=subprocess.PIPE,
                                    text=True)
         self.kill_at_the_end(waiting)
+        self.assertTrue(select.select([waiting.stderr], [], [], LIMIT)[0], 'nothing is told')
         for place in 'Timeout', 'Thread ', '  File "<string>", line 2 in <module>':
             self.assertTrue(waiting.stderr.readline().startswith(place), place)
 
